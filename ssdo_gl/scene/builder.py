@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import ground, has_floor, is_room, lighting_for, seen_metal
 from ssdo_gl.scene.environment import Daylight, Environment, MapEnvironment, sky
-from ssdo_gl.scene.files import read_radiance_map
 from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, batched, main_part
 from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
@@ -300,10 +298,11 @@ class SceneBuilder:
             environment, key = defaults.studio(camera)
             self.lights.append(key)
             return environment
-        image, note = read_radiance_map(Path(path), f"light = {path}", 1.0)
-        if note:
-            self.note(note)
-        return MapEnvironment(image, 0.0, Path(path).name)
+        of_map, suns, notes = defaults.image_light(path)
+        self.lights += suns
+        for text in notes:
+            self.note(text)
+        return of_map
 
     def _drop_lamps(self) -> None:
         """Leave out the lights of the file, and the bodies that show them."""

@@ -13,6 +13,7 @@ from ssdo_gl.scene.defaults.default_light import (
     ROOM_REACH,
     SKY,
     STUDIO,
+    image_light,
     soft_light,
     studio,
 )
@@ -37,6 +38,7 @@ __all__ = [
     "ground",
     "guessed_up",
     "has_floor",
+    "image_light",
     "is_room",
     "lighting_for",
     "parallel",

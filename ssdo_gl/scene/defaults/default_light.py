@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import GradientEnvironment, MapEnvironment
-from ssdo_gl.scene.lights import DirectionalLight
+from ssdo_gl.scene.environment import (
+    GradientEnvironment,
+    MapEnvironment,
+    sun_apart,
+    sun_note,
+    turned_sun,
+)
+from ssdo_gl.scene.files import read_radiance_map
+from ssdo_gl.scene.lights import DirectionalLight, Light
 from ssdo_gl.scene.material import Color
 
 # A white surface that faces the key light reaches (pi 0.32 + 2.15) / pi = 1.0, and one
@@ -131,3 +139,17 @@ def _direction(axes: FloatArray, left_degrees: float, up_degrees: float) -> Floa
     azimuth, elevation = np.radians([left_degrees, up_degrees])
     level = np.cos(azimuth) * front + np.sin(azimuth) * left
     return np.asarray(np.cos(elevation) * level + np.sin(elevation) * up)
+
+
+def image_light(path: str | Path) -> tuple[MapEnvironment, list[Light], list[str]]:
+    """Return the environment of an image, its sun, if it has one, and what to say of both.
+
+    Raises
+    ------
+    SceneError
+        If it cannot be read.
+    """
+    image, note = read_radiance_map(Path(path), f"light = {path}", 1.0)
+    environment = sun_apart(image, 0.0, Path(path).name)
+    suns = [light for light in (turned_sun(environment),) if light is not None]
+    return environment, [*suns], [text for text in (note, sun_note(environment)) if text]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ssdo_gl.scene.environment.daylight import Daylight, SkyEnvironment, sky, with_sun
+from ssdo_gl.scene.environment.daylight import SUN, Daylight, SkyEnvironment, sky, with_sun
 from ssdo_gl.scene.environment.environment_kinds import (
     ENVIRONMENT_KINDS,
     ConstantEnvironment,
@@ -14,9 +14,11 @@ from ssdo_gl.scene.environment.environment_kinds import (
 )
 from ssdo_gl.scene.environment.environment_light import irradiance, radiance_image
 from ssdo_gl.scene.environment.environment_lobes import lobe_levels
+from ssdo_gl.scene.environment.sun_of_map import sun_apart, sun_note, turned_sun
 
 __all__ = [
     "ENVIRONMENT_KINDS",
+    "SUN",
     "ConstantEnvironment",
     "Daylight",
     "Environment",
@@ -29,5 +31,8 @@ __all__ = [
     "lobe_levels",
     "radiance_image",
     "sky",
+    "sun_apart",
+    "sun_note",
+    "turned_sun",
     "with_sun",
 ]

@@ -166,11 +166,10 @@ def sky(daylight: Daylight) -> SkyEnvironment:
     return SkyEnvironment(image.astype(np.float32), name="sky", daylight=daylight)
 
 
-def with_sun(lights: tuple[Light, ...], daylight: Daylight) -> tuple[Light, ...]:
-    """Return `lights` with the sun, if it is among them, where it is by `daylight`."""
-    sun = daylight.sun()
+def with_sun(lights: tuple[Light, ...], sun: DirectionalLight) -> tuple[Light, ...]:
+    """Return `lights` with the sun, if it is among them, as `sun` shines."""
     return tuple(
-        replace(light, direction=sun.direction, irradiance=sun.irradiance)
+        replace(light, direction=sun.direction, irradiance=sun.irradiance, angle=sun.angle)
         if isinstance(light, DirectionalLight) and light.name == SUN
         else light
         for light in lights

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Real
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.numbers import light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
+
+if TYPE_CHECKING:
+    from ssdo_gl.scene.lights import DirectionalLight
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,14 @@ class MapEnvironment:
         v = acos(d.y) / pi.
     rotation_y : float
         Degrees by which the image is turned about +y (counter-clockwise from above).
+    sun : DirectionalLight or None
+        What shines in place of the image's own sun, as it stands without a turn.
     """
 
     image: NDArray[np.float32]
     rotation_y: float = 0.0
     name: str = ""
+    sun: DirectionalLight | None = None
 
     def __post_init__(self) -> None:
         image, turn = self.image, self.rotation_y

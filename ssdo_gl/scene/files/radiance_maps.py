@@ -15,9 +15,6 @@ from ssdo_gl.scene.scene import SceneError
 
 # Sums over thousands of paths stay finite in float32; the .hdr format reaches 1.7e38.
 MAX_RADIANCE = 1e30
-# A spot that much brighter than the mean, with that share of the light, is a cone of 12 degrees at
-# most. Under a clear sky the sun has some four fifths.
-_SPOT, _MUCH_LIGHT = 400.0, 0.2
 
 
 def read_radiance_map(
@@ -34,7 +31,7 @@ def read_radiance_map(
     -------
     image : ndarray, float32, row 0 at the top
     note : str
-        What had to be mended, and what will not look as the map has it; empty if nothing.
+        What had to be mended; empty if nothing.
     """
     suffix = path.suffix.lower()
     if suffix == ".hdr":
@@ -45,27 +42,7 @@ def read_radiance_map(
         raise SceneError(f"{where} = {path.name!r}: expected a .hdr or .exr image")
     with np.errstate(over="ignore", invalid="ignore"):
         # What leaves the range is mended with the rest.
-        image, note = _sanitised(image * np.float32(scale), path.name)
-    share = _light_of_spots(image)
-    if share > _MUCH_LIGHT:
-        spots = (
-            f"{path.name}: {share:.0%} of its light comes from few directions, as of a sun, whose"
-            " shadows only reference-gi, and reference-near within R, draw sharp (all methods do"
-            " those of the sun of --light sky)"
-        )
-        note = f"{note}; {spots}" if note else spots
-    return image, note
-
-
-def _light_of_spots(image: NDArray[np.float32]) -> float:
-    """Return which share of a map's light is of what is `_SPOT` times as bright as its mean."""
-    height = len(image)
-    # Of rows, in which texels are equally large; relative to the largest, lest sums overflow.
-    size = np.sin((np.arange(height) + 0.5) * (np.pi / height))
-    power = image.sum(axis=2) / max(float(image.max()), 1e-30)
-    mean = float(power.mean(axis=1, dtype=np.float64) @ size) / float(size.sum())
-    bright = np.where(power > _SPOT * mean, power, 0.0).mean(axis=1, dtype=np.float64) @ size
-    return float(bright) / (mean * float(size.sum())) if mean > 0.0 else 0.0
+        return _sanitised(image * np.float32(scale), path.name)
 
 
 def _read_hdr(path: Path, where: str) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     SkyEnvironment,
     sky,
+    turned_sun,
     with_sun,
 )
 from ssdo_gl.scene.light_edits import new_light
@@ -146,12 +147,14 @@ def _environment(viewer: Viewer) -> None:
         daylight = _time_of_day(environment.daylight)
         if daylight != environment.daylight and daylight.is_day:
             new = sky(daylight)
-            viewer.lights[:] = with_sun(tuple(viewer.lights), daylight)
+            viewer.lights[:] = with_sun(tuple(viewer.lights), daylight.sun())
     else:
         imgui.text_disabled(f"image {environment.name or 'map'}")
         turned, degrees = imgui.drag_float("turn (deg)", environment.rotation_y, 0.5)
         if turned:
             new = dataclasses.replace(environment, rotation_y=degrees)
+            if sun := turned_sun(new):
+                viewer.lights[:] = with_sun(tuple(viewer.lights), sun)
     if new is not environment and new != environment:
         _replace_environment(viewer, new)
     if imgui.small_button("remove"):

@@ -84,18 +84,6 @@ def test_exr_with_one_channel_is_grey(tmp_path: Path) -> None:
     assert note == ""
 
 
-@pytest.mark.parametrize("suns", [0, 1])
-def test_a_map_with_a_sun_says_who_draws_its_shadows(suns: int, tmp_path: Path) -> None:
-    image = np.full((64, 128, 3), 0.5, dtype=np.float32)
-    # A window and a lamp, and a sun.
-    image[20:28, 60:76] = 20.0
-    image[18, 100] = 200.0
-    image[14, 40] += suns * 2e4
-    _, note = read_radiance_map(save_exr(tmp_path / "noon.exr", {"RGB": image}), "here", 1e20)
-    assert ("noon.exr: 7" in note and "only reference-gi" in note) == bool(suns)
-    assert bool(note) == bool(suns)
-
-
 def test_the_same_limit_holds_for_skies(tmp_path: Path) -> None:
     path = tmp_path / "sky.hdr"
     path.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16384 +X 16384\n")

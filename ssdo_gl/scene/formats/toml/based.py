@@ -10,7 +10,14 @@ from typing import Any
 
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import MapEnvironment, SkyEnvironment, with_sun
+from ssdo_gl.scene.environment import (
+    SUN,
+    Environment,
+    MapEnvironment,
+    SkyEnvironment,
+    turned_sun,
+    with_sun,
+)
 from ssdo_gl.scene.files import Table, contained_file
 from ssdo_gl.scene.formats.toml import environments, render_settings
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
@@ -64,9 +71,7 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
         without = environment.text("kind") == "none"
         read = environments.read_environment
         changes["environment"] = None if without else read(environment, file, builder)
-        if isinstance(changes["environment"], SkyEnvironment):
-            lights = with_sun(base.lights, changes["environment"].daylight)
-            base = dataclasses.replace(base, lights=lights)
+        base = _sunlit(base, changes["environment"])
     elif environment is not None:
         environment.allow("rotation_y")
         rotation = environment.number("rotation_y")
@@ -75,6 +80,7 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
         ):
             environment.fail("rotation_y", "the base has no map to turn: expected a kind, too")
         changes["environment"] = dataclasses.replace(base.environment, rotation_y=rotation)
+        base = _sunlit(base, changes["environment"])
     table = top.table("camera")
     if table is not None:
         changes["camera"] = _camera(table, base)
@@ -83,6 +89,21 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
             changes["metering_slack"] = None
     changes["notes"] = (*base.notes, *builder.notes)
     return dataclasses.replace(_with_edits(top, base, builder), **changes)
+
+
+def _sunlit(base: Scene, environment: Environment | None) -> Scene:
+    """Return `base` with its sun as another environment has it."""
+    sun = None
+    if isinstance(environment, SkyEnvironment):
+        sun = environment.daylight.sun()
+    elif isinstance(environment, MapEnvironment):
+        sun = turned_sun(environment)
+    if sun is None:
+        return base
+    is_known = any(light.name == SUN for light in base.lights)
+    # A sky has none where the base has none; of an image it would be missing.
+    more = (sun,) if isinstance(environment, MapEnvironment) and not is_known else ()
+    return dataclasses.replace(base, lights=(*with_sun(base.lights, sun), *more))
 
 
 def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ssdo_gl.scene import files
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.environment import SkyEnvironment
+from ssdo_gl.scene.environment import MapEnvironment, SkyEnvironment, turned_sun
 from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.formats.toml.based import read_based_scene
@@ -72,6 +72,8 @@ def read_description(
     environment = environments.read_environment(top.table("environment"), file, builder)
     if isinstance(environment, SkyEnvironment):
         builder.lights.append(environment.daylight.sun())
+    elif isinstance(environment, MapEnvironment) and (sun := turned_sun(environment)):
+        builder.lights.append(sun)
     render = render_settings.read_render_settings(top.table("render"))
     material_of_name = materials.read_materials(top.table("materials"), file, builder)
     for table in top.tables("light"):

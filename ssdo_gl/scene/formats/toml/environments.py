@@ -10,8 +10,9 @@ from ssdo_gl.scene.environment import (
     Daylight,
     Environment,
     GradientEnvironment,
-    MapEnvironment,
     sky,
+    sun_apart,
+    sun_note,
 )
 from ssdo_gl.scene.files import Table, read_radiance_map
 from ssdo_gl.scene.formats.toml.materials import file_beside
@@ -43,10 +44,10 @@ def read_environment(
     path = file_beside(table, "path", file)
     scale = table.number("scale", 1.0, low=0.0)
     image, note = read_radiance_map(path, table.where("path"), scale)
-    if note:
-        builder.note(note)
-    rotation = table.number("rotation_y", 0.0)
-    return MapEnvironment(image, rotation, path.name)
+    environment = sun_apart(image, table.number("rotation_y", 0.0), path.name)
+    for text in filter(None, (note, sun_note(environment))):
+        builder.note(text)
+    return environment
 
 
 def _daylight(table: Table) -> Daylight:

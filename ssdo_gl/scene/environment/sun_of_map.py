@@ -1,0 +1,110 @@
+"""The sun in an image of the sky, as a light of its own, which throws sharp shadows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.scene.environment.daylight import SUN
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
+from ssdo_gl.scene.lights import DirectionalLight
+
+# Degrees about the brightest texel in which its light counts as the sun's: its disk of .53 degrees,
+# and what the camera's lens adds. In small images it is a few texels wide. Around it the sky is
+# asked up to twice as far away.
+REACH, TEXELS, MOST_REACH = 2.5, 1.5, 5.0
+# What is brighter than so many times that sky is the sun,
+BRIGHTER = 2.0
+# if it brings this share of what a surface that faces it receives. A lamp of a studio is larger,
+# light of an overcast sky has no such place.
+LEAST_SHARE = 0.15
+# Rows, and columns, of what tells how much light arrives.
+_LEAST_ASKED = 256
+
+
+def sun_apart(
+    image: NDArray[np.float32], rotation_y: float = 0.0, name: str = ""
+) -> MapEnvironment:
+    """Return an environment whose sun is not in its image, but its `sun`, if it has one.
+
+    Parameters
+    ----------
+    image, rotation_y, name
+        As `MapEnvironment` has them. Where the sun was, the image shows the sky around it.
+    """
+    whole = MapEnvironment(image, rotation_y, name)
+    height, width = image.shape[:2]
+    level = image.mean(axis=2)
+    row, column = np.unravel_index(level.argmax(), level.shape)
+    reach = min(max(REACH, TEXELS * 180.0 / height), MOST_REACH)
+    margin = math.ceil(2.0 * reach / 180.0 * height)
+    band = slice(max(int(row) - margin, 0), int(row) + margin + 1)
+    near, shown = image[band].astype(np.float64), level[band]
+    directions, size = _texels(height, width, np.arange(height)[band], np.arange(width))
+    peak = directions[row - band.start, column]
+    apart = np.degrees(np.arccos(np.clip(directions @ peak, -1.0, 1.0)))
+    around = (apart > reach) & (apart <= 2.0 * reach)
+    if not around.any():
+        return whole
+    sky = np.median(near[around], axis=0)
+    chosen = (apart <= reach) & (shown > BRIGHTER * sky.mean())
+    light = (near[chosen] - sky) * size[chosen][:, None]
+    irradiance = light.sum(axis=0).clip(min=0.0)
+    rest = image.copy()
+    rest[band][chosen] = sky
+    facing = irradiance.mean() + _irradiance(rest, peak)
+    weight = light.mean(axis=1)
+    to_sun = weight @ directions[chosen]
+    # The solid angle of an even disk that is as bright as the sun's light is in the mean.
+    solid_angle = weight.sum() ** 2 / max(np.sum(weight**2 / size[chosen]), 1e-300)
+    disk = 2.0 * math.degrees(math.acos(max(1.0 - solid_angle / (2.0 * math.pi), -1.0)))
+    if not (irradiance.mean() > LEAST_SHARE * facing and disk <= 2.0 * reach):
+        return whole
+    x, y, z = (-to_sun / np.linalg.norm(to_sun)).tolist()
+    red, green, blue = irradiance.tolist()
+    sun = DirectionalLight((x, y, z), (red, green, blue), disk, name=SUN)
+    return replace(whole, image=rest, sun=sun)
+
+
+def turned_sun(environment: MapEnvironment) -> DirectionalLight | None:
+    """Return the sun of `environment` as it shines on a scene; None if it has none."""
+    if environment.sun is None:
+        return None
+    x, y, z = environment.sun.direction
+    turn = math.radians(environment.rotation_y)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    return replace(environment.sun, direction=(x * cosine + z * sine, y, z * cosine - x * sine))
+
+
+def sun_note(environment: MapEnvironment) -> str:
+    """Return the line that says what became of the image's sun; empty if it has none."""
+    apart = f"the sun of {environment.name} shines as a light of its own, which throws shadows"
+    return "" if environment.sun is None else apart
+
+
+def _irradiance(image: NDArray[np.float32], normal: FloatArray) -> float:
+    """Return what arrives at a surface, all colours together, by some texels of an image."""
+    height, width = image.shape[:2]
+    rows, columns = (np.arange(0, n, max(n // _LEAST_ASKED, 1)) for n in (height, width))
+    directions, size = _texels(height, width, rows, columns)
+    level = image[np.ix_(rows, columns)].mean(axis=2, dtype=np.float64)
+    share = (height * width) / level.size
+    return float(share * np.sum(level * size * np.maximum(directions @ normal, 0.0)))
+
+
+def _texels(
+    height: int, width: int, rows: IntArray, columns: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return unit vectors (R, C, 3) to texels, as `MapEnvironment` has them, and solid angles."""
+    azimuth = 2.0 * np.pi * ((columns + 0.5) / width - 0.5)
+    polar = np.pi * (rows[:, None] + 0.5) / height
+    y = np.broadcast_to(np.cos(polar), (len(rows), len(columns)))
+    directions = np.stack(
+        [np.sin(polar) * np.sin(azimuth), y, -np.sin(polar) * np.cos(azimuth)], -1
+    )
+    edges = np.cos(np.pi * rows / height) - np.cos(np.pi * (rows + 1) / height)
+    return directions, np.broadcast_to(edges[:, None] * (2.0 * np.pi / width), y.shape)

@@ -1,0 +1,88 @@
+"""The sun of an image lights scenes as a light: its shadows are those of paths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+import scene_text as text
+
+from ssdo_gl.images.error import relative_mse
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.lights import DirectionalLight
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.settings.settings import Settings
+
+SIZE = (96, 54)
+BODIES = (
+    text.camera([3, 2.2, 4], [0, 0.4, 0], 40)
+    + text.material("grey", 0.6, 0.6, 0.6)
+    + text.floor(12, "grey")
+    + text.box([-0.5, 0, -0.5], [0.5, 1.2, 0.5], "grey")
+)
+MAP = text.table("environment", kind="map", path="sunny.exr", rotation_y=20)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Return a folder with an image of a sky and its sun, and a scene that it lights."""
+    image = np.full((64, 128, 3), 0.5, np.float32)
+    image[22:24, 80:82] = 1500.0
+    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION}, {"RGB": image}) as file:
+        file.write(str(tmp_path / "sunny.exr"))
+    (tmp_path / "scene.toml").write_text(MAP + BODIES)
+    return tmp_path
+
+
+def suns(scene: Scene) -> list[DirectionalLight]:
+    return [light for light in scene.lights if isinstance(light, DirectionalLight)]
+
+
+def test_its_shadows_are_those_of_paths(folder: Path) -> None:
+    def beauty(**fields: object) -> np.ndarray:
+        with Renderer(scene, Settings(size=SIZE, **fields)) as renderer:
+            return renderer.render(("beauty",)).images["beauty"][..., :3]
+
+    scene = load_scene(folder / "scene.toml")
+    paths = beauty(method="reference-gi", spp=256)
+    seen = paths.sum(axis=2) > 0.0
+    # .02 where rays look for the sun in the image.
+    assert relative_mse(beauty(method="gi"), paths, seen) < 2e-3
+
+
+def test_a_scene_has_it_among_its_lights_and_says_so(folder: Path) -> None:
+    scene = load_scene(folder / "scene.toml")
+    (sun,) = suns(scene)
+    assert sun.name == "sun"
+    assert any("sunny.exr shines as a light of its own" in note for note in scene.notes)
+
+
+def test_the_light_of_an_image_in_place_of_a_models_brings_it(folder: Path) -> None:
+    (folder / "bare.toml").write_text(BODIES)
+    options = LoadOptions(light=str(folder / "sunny.exr"))
+    scene = load_scene(folder / "bare.toml", options)
+    assert len(suns(scene)) == 1
+    assert any("sunny.exr shines as a light of its own" in note for note in scene.notes)
+
+
+def test_it_turns_with_the_image_of_a_base(folder: Path) -> None:
+    (folder / "turned.toml").write_text(
+        'base = "scene.toml"\n' + text.table("environment", rotation_y=110)
+    )
+    (before,), (after,) = (suns(load_scene(folder / f"{n}.toml")) for n in ("scene", "turned"))
+    x, y, z = before.direction
+    # A quarter turn takes +x to -z.
+    np.testing.assert_allclose(after.direction, (z, y, -x), atol=1e-6)
+
+
+def test_another_image_than_that_of_a_base_brings_its_own(folder: Path) -> None:
+    (folder / "dull.toml").write_text(text.constant_sky(1, 1, 1) + BODIES)
+    (folder / "lit.toml").write_text('base = "dull.toml"\n' + MAP)
+    scene = load_scene(folder / "lit.toml")
+    assert isinstance(scene.environment, MapEnvironment)
+    assert suns(scene) == suns(load_scene(folder / "scene.toml"))
