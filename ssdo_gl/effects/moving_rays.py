@@ -93,7 +93,7 @@ def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> RayCounts:
         most = max(few, many, 3 * settings.edge_rays // 2)
         return RayCounts(few, most, few, lost, settings.aimed_rays)
     outline = max(few, settings.moving_outline_rays)
-    return RayCounts(few, max(few, many), outline, lost, -(-settings.aimed_rays // 2))
+    return RayCounts(few, max(few, many), outline, lost, -(-settings.aimed_rays // 4))
 
 
 def moving_rays(

@@ -283,12 +283,12 @@ def test_beside_bodies_that_move_pixels_have_half_as_many_rays_again_as_at_rest(
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=2, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5, 16, 16, 2)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 16, 16, 1)
     assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 16, 4)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
         *(chosen.moving_rays, chosen.moving_edge_rays),
-        *(chosen.moving_outline_rays, chosen.moving_lost_rays, 2),
+        *(chosen.moving_outline_rays, chosen.moving_lost_rays, 1),
     )
 
 
