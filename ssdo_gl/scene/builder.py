@@ -218,7 +218,8 @@ class SceneBuilder:
     def _lay_ground(self, camera: Camera, environment: Environment | None) -> bool:
         """Lay a floor under a lone model in the light of a sky and a key light."""
         keys = [light for light in self.lights if isinstance(light, DirectionalLight)]
-        if not self.options.lays_ground or environment is None or len(keys) != 1:
+        shows_ground = isinstance(environment, MapEnvironment) and environment.sun is not None
+        if not self.options.lays_ground or environment is None or len(keys) != 1 or shows_ground:
             return False
         if has_floor(self.meshes, self.objects) or is_room(self.meshes, self.objects, camera):
             return False

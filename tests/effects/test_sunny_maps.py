@@ -63,10 +63,12 @@ def test_a_scene_has_it_among_its_lights_and_says_so(folder: Path) -> None:
 
 
 def test_the_light_of_an_image_in_place_of_a_models_brings_it(folder: Path) -> None:
-    (folder / "bare.toml").write_text(BODIES)
+    (folder / "bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     options = LoadOptions(light=str(folder / "sunny.exr"))
-    scene = load_scene(folder / "bare.toml", options)
+    scene = load_scene(folder / "bare.obj", options)
     assert len(suns(scene)) == 1
+    # The image is what is seen behind, and under, a model.
+    assert not scene.has_ground and scene.backdrop is None
     assert any("sunny.exr shines as a light of its own" in note for note in scene.notes)
 
 
