@@ -25,6 +25,9 @@ BODIES = (
     + text.floor(12, "grey")
     + text.box([-0.5, 0, -0.5], [0.5, 1.2, 0.5], "grey")
 )
+CUBE = "".join(f"v {i >> 2} {i >> 1 & 1} {i & 1}\n" for i in range(8)) + "".join(
+    f"f {face}\n" for face in ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
+)
 MAP = text.table("environment", kind="map", path="sunny.exr", rotation_y=20)
 
 
@@ -63,7 +66,7 @@ def test_a_scene_has_it_among_its_lights_and_says_so(folder: Path) -> None:
 
 
 def test_the_light_of_an_image_in_place_of_a_models_brings_it(folder: Path) -> None:
-    (folder / "bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "bare.obj").write_text(CUBE)
     options = LoadOptions(light=str(folder / "sunny.exr"))
     scene = load_scene(folder / "bare.obj", options)
     assert len(suns(scene)) == 1
