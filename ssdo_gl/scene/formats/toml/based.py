@@ -93,17 +93,15 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
 
 def _sunlit(base: Scene, environment: Environment | None) -> Scene:
     """Return `base` with its sun as another environment has it."""
-    sun = None
     if isinstance(environment, SkyEnvironment):
-        sun = environment.daylight.sun()
-    elif isinstance(environment, MapEnvironment):
-        sun = turned_sun(environment)
+        return dataclasses.replace(base, lights=with_sun(base.lights, environment.daylight.sun()))
+    sun = turned_sun(environment) if isinstance(environment, MapEnvironment) else None
     if sun is None:
         return base
     is_known = any(light.name == SUN for light in base.lights)
-    # A sky has none where the base has none; of an image it would be missing.
-    more = (sun,) if isinstance(environment, MapEnvironment) and not is_known else ()
-    return dataclasses.replace(base, lights=(*with_sun(base.lights, sun), *more))
+    # Where the base has none, that of an image, from which it is parted, would be missing.
+    lights = with_sun(base.lights, sun) if is_known else (*base.lights, sun)
+    return dataclasses.replace(base, lights=lights)
 
 
 def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
