@@ -279,17 +279,19 @@ class OwnRaysPass(RenderPass):
             "t_own_rare": rare,
             "t_spread_first": spread[0],
             "t_spread_second": spread[1],
-            **dict(zip(("t_own_aimed",), aimed, strict=False)),
         }
         by_pixel |= reads
         uniforms |= {"u_stride": self.stride, **self._counts(context, rays)}
         guided["BRIGHT_PIECES"] = len(aimed)
         averaged = [make_texture(gl, far.size, 4, "f4") for _ in aimed]
+        if aimed:
+            by_pixel["t_own_aimed"] = aimed[0]
         for made in ((once, *averaged), (twice,)):
             defines = {**guided, "IS_SECOND": int(made == (twice,))}
             fill(context, made, "effects/own_filter.frag", defines, uniforms, by_pixel)
             by_pixel["t_own_far"] = made[0]
-            by_pixel |= zip(("t_own_aimed",), averaged, strict=False)
+            if averaged:
+                by_pixel["t_own_aimed"] = averaged[0]
         return places, twice, near
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
