@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.settings.settings import Combine, Settings
 
-__all__ = ["AOVS", "Combine", "Settings"]
-
 if TYPE_CHECKING:
     AOVS: tuple[str, ...]
 

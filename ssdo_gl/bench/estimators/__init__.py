@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from ssdo_gl.bench.estimators.estimator_table import run_estimators
-
-__all__ = ["run_estimators"]

@@ -7,17 +7,3 @@ from ssdo_gl.bench.report.outputs import check_libraries, print_outcome, write_r
 from ssdo_gl.bench.report.page import split_results
 from ssdo_gl.bench.report.pictures import chosen_results, take_pictures, with_hdr_flip
 from ssdo_gl.bench.report.plots import as_bytes, drawn_in_style
-
-__all__ = [
-    "COLORS",
-    "MARKERS",
-    "as_bytes",
-    "check_libraries",
-    "chosen_results",
-    "drawn_in_style",
-    "print_outcome",
-    "split_results",
-    "take_pictures",
-    "with_hdr_flip",
-    "write_report",
-]

@@ -29,30 +29,3 @@ from ssdo_gl.bench.statistics.metrics import (
     ssim,
 )
 from ssdo_gl.bench.statistics.pareto import membership, pareto_front
-
-__all__ = [
-    "FLIP_EXPOSURES_EV",
-    "FLIP_PIXELS_PER_DEGREE",
-    "REPLICA_COUNT",
-    "BlockErrors",
-    "Interval",
-    "MissingLibraryError",
-    "bias_interval",
-    "bias_replicas",
-    "decompose",
-    "draw",
-    "fit_power_law",
-    "flip_hdr",
-    "flip_ldr",
-    "median_replicas",
-    "membership",
-    "missing",
-    "pareto_front",
-    "percentile_interval",
-    "rmse_interval",
-    "rmse_of",
-    "rmse_replicas",
-    "srgb_of",
-    "ssim",
-    "whole",
-]

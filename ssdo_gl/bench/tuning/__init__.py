@@ -4,5 +4,3 @@ from __future__ import annotations
 
 from ssdo_gl.bench.tuning.error_bound import choose_for_error
 from ssdo_gl.bench.tuning.tune import choose_for_budget
-
-__all__ = ["choose_for_budget", "choose_for_error"]

@@ -5,5 +5,3 @@ from __future__ import annotations
 from ssdo_gl.effects.references.reference_ao import ReferenceAo
 from ssdo_gl.effects.references.reference_gi import ReferenceGi
 from ssdo_gl.effects.references.reference_near import ReferenceNear
-
-__all__ = ["ReferenceAo", "ReferenceGi", "ReferenceNear"]

@@ -7,5 +7,3 @@ from ssdo_gl.effects.shadows.shadow_edges import ShadowEdges
 from ssdo_gl.effects.shadows.shadow_map import ShadowMaps
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings
 from ssdo_gl.effects.shadows.traced_shadows import TracedShadows
-
-__all__ = ["ShadowEdges", "ShadowMapSettings", "ShadowMaps", "TracedShadows", "unread_maps"]

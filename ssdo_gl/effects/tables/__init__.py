@@ -6,5 +6,3 @@ from ssdo_gl.effects.tables.environment import EnvironmentImage
 from ssdo_gl.effects.tables.gloss_tables import GlossTables
 from ssdo_gl.effects.tables.ray_data import RayData
 from ssdo_gl.effects.tables.surface_cache import SurfaceCache
-
-__all__ = ["EnvironmentImage", "GlossTables", "RayData", "SurfaceCache"]

@@ -8,14 +8,3 @@ from ssdo_gl.gpu.compute.kernel import Kernel, kernel_source
 from ssdo_gl.gpu.compute.surface_shading import shade_triangles
 from ssdo_gl.gpu.compute.translation import compute_source
 from ssdo_gl.gpu.compute.visible_surface import visible_surface_source
-
-__all__ = [
-    "ComputeProgram",
-    "Kernel",
-    "can_compute",
-    "compute_source",
-    "computes_faster",
-    "kernel_source",
-    "shade_triangles",
-    "visible_surface_source",
-]

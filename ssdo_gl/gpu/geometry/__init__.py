@@ -8,19 +8,3 @@ from ssdo_gl.gpu.geometry.instances import CLIP_MARGIN, NEAREST_CLIP_RATIO, Came
 from ssdo_gl.gpu.geometry.material_textures import GL_SRGB8_ALPHA8
 from ssdo_gl.gpu.geometry.triangle_rasterizer import TriangleRasterizer, can_rasterize
 from ssdo_gl.gpu.geometry.visible_triangles import draw_surfaces
-
-__all__ = [
-    "CLIP_MARGIN",
-    "GL_SRGB8_ALPHA8",
-    "IMAGE_NAMES",
-    "NEAREST_CLIP_RATIO",
-    "CameraPose",
-    "Features",
-    "Geometry",
-    "Numbered",
-    "TriangleRasterizer",
-    "Viewpoint",
-    "can_rasterize",
-    "draw_surfaces",
-    "grouped",
-]

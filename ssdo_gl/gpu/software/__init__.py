@@ -4,5 +4,3 @@ from __future__ import annotations
 
 from ssdo_gl.gpu.software.flat_uniforms import with_flat_uniforms
 from ssdo_gl.gpu.software.image_reads import with_image_reads
-
-__all__ = ["with_flat_uniforms", "with_image_reads"]

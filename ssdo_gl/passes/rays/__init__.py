@@ -23,29 +23,3 @@ from ssdo_gl.passes.rays.ray_libraries import (
 )
 from ssdo_gl.passes.rays.ray_pass import RayPass, asked_lights
 from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
-
-__all__ = [
-    "EMITTER_TABLES",
-    "GLOW_PLACES",
-    "GLOW_TREE",
-    "BvhUploadPass",
-    "EmitterTablesPass",
-    "GlowTreePass",
-    "MaterialTablePass",
-    "RayPass",
-    "Schedule",
-    "SumOutput",
-    "SurfaceTablesPass",
-    "asked_lights",
-    "bvh_of",
-    "emitters_of",
-    "in_rows",
-    "radius_ns",
-    "ray_defines",
-    "ray_reads",
-    "ray_uniforms",
-    "record_texture",
-    "stream_of",
-    "tree_of",
-    "tree_uniforms",
-]

@@ -15,17 +15,3 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     SurfaceCacheSettings,
     cache_tables,
 )
-
-__all__ = [
-    "BRIGHT_TABLES",
-    "BrightTablesPass",
-    "SurfaceCachePass",
-    "SurfaceCacheSettings",
-    "SurfelDirectPass",
-    "SurfelRaysPass",
-    "SurfelSkyPass",
-    "SurfelsPass",
-    "bright_reads",
-    "cache_tables",
-    "pieces_of",
-]

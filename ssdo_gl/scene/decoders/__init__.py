@@ -14,12 +14,3 @@ from ssdo_gl.scene.decoders.client import (
     decoded_meshopt,
     release,
 )
-
-__all__ = [
-    "DecoderError",
-    "MissingDecoderError",
-    "decoded_basis",
-    "decoded_draco",
-    "decoded_meshopt",
-    "release",
-]

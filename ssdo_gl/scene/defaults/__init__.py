@@ -22,30 +22,3 @@ from ssdo_gl.scene.defaults.floor import ground, has_floor
 from ssdo_gl.scene.defaults.framing import frame, is_room, parallel, seen_from
 from ssdo_gl.scene.defaults.interior import room_around
 from ssdo_gl.scene.defaults.upright import guessed_up, turned_up
-
-__all__ = [
-    "BACKDROP",
-    "METERING_SLACK",
-    "MODEL_REACH",
-    "MOST_TRACED",
-    "MOST_TRACED_MOVING",
-    "NEUTRAL_SKY",
-    "RAYLESS_METHOD",
-    "ROOM_REACH",
-    "SKY",
-    "STUDIO",
-    "frame",
-    "ground",
-    "guessed_up",
-    "has_floor",
-    "image_light",
-    "is_room",
-    "lighting_for",
-    "parallel",
-    "room_around",
-    "seen_from",
-    "seen_metal",
-    "soft_light",
-    "studio",
-    "turned_up",
-]

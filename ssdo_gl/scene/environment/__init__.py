@@ -15,24 +15,3 @@ from ssdo_gl.scene.environment.environment_kinds import (
 from ssdo_gl.scene.environment.environment_light import irradiance, radiance_image
 from ssdo_gl.scene.environment.environment_lobes import lobe_levels
 from ssdo_gl.scene.environment.sun_of_map import sun_apart, sun_note, turned_sun
-
-__all__ = [
-    "ENVIRONMENT_KINDS",
-    "SUN",
-    "ConstantEnvironment",
-    "Daylight",
-    "Environment",
-    "EnvironmentKind",
-    "GradientEnvironment",
-    "MapEnvironment",
-    "SkyEnvironment",
-    "irradiance",
-    "kind_of",
-    "lobe_levels",
-    "radiance_image",
-    "sky",
-    "sun_apart",
-    "sun_note",
-    "turned_sun",
-    "with_sun",
-]

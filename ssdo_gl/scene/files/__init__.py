@@ -6,16 +6,3 @@ from ssdo_gl.scene.files.images import MAX_MODEL_TEXELS, check_size, doubled, re
 from ssdo_gl.scene.files.paths import check_file, contained_file, read_file
 from ssdo_gl.scene.files.radiance_maps import MAX_RADIANCE, read_radiance_map
 from ssdo_gl.scene.files.table import Table
-
-__all__ = [
-    "MAX_MODEL_TEXELS",
-    "MAX_RADIANCE",
-    "Table",
-    "check_file",
-    "check_size",
-    "contained_file",
-    "doubled",
-    "read_file",
-    "read_radiance_map",
-    "read_texture",
-]

@@ -12,14 +12,3 @@ from ssdo_gl.scene.formats.format_registry import (
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.scene_format import SceneFormat
 from ssdo_gl.scene.formats.toml import read_description
-
-__all__ = [
-    "FORMATS",
-    "Model",
-    "SceneFormat",
-    "format_of",
-    "model_suffixes",
-    "read_description",
-    "read_model",
-    "scene_suffixes",
-]

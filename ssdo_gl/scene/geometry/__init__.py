@@ -27,32 +27,3 @@ from ssdo_gl.scene.geometry.shapes import (
 )
 from ssdo_gl.scene.geometry.smoothing import smoothed
 from ssdo_gl.scene.geometry.topology import check_vertices, cleaned_mesh, joined_vertices
-
-__all__ = [
-    "MAX_INSTANCES",
-    "SEGMENTS",
-    "SPAN",
-    "MainPart",
-    "Mesh",
-    "SceneObject",
-    "are_mirrored",
-    "batched",
-    "box",
-    "check_vertices",
-    "cleaned_mesh",
-    "cone",
-    "corners_within",
-    "cylinder",
-    "instance_boxes",
-    "joined_vertices",
-    "main_part",
-    "parallelogram_matrix",
-    "placed",
-    "quad",
-    "smoothed",
-    "spans",
-    "sphere",
-    "thickened",
-    "torus",
-    "with_area",
-]

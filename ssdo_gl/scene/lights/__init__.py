@@ -13,23 +13,6 @@ from ssdo_gl.scene.lights.point_light import PointLight, PunctualLight
 from ssdo_gl.scene.lights.rectangle_light import RectangleLight
 from ssdo_gl.scene.lights.spot_light import SpotLight
 
-__all__ = [
-    "BLACK",
-    "KINDS",
-    "SHADOW_NUMBERS",
-    "BoundsOf",
-    "DirectionalLight",
-    "Form",
-    "Light",
-    "PointLight",
-    "PunctualLight",
-    "RectangleLight",
-    "Shadow",
-    "SpotLight",
-    "kind_number",
-    "kind_of_gltf",
-]
-
 
 def found_kinds() -> dict[str, type[Light]]:
     """Return the kinds that modules of this folder define, by the name in scene files."""

@@ -23,24 +23,3 @@ from ssdo_gl.window.camera.fly_camera import (
 )
 from ssdo_gl.window.camera.orientation import direction_point
 from ssdo_gl.window.camera.tour import Tour
-
-__all__ = [
-    "KEEP_AWAY",
-    "Controls",
-    "Flight",
-    "Obstacles",
-    "Tour",
-    "advance",
-    "direction_point",
-    "fit",
-    "focus_on",
-    "glide_to",
-    "go_home",
-    "jump_to",
-    "set_pivot",
-    "speed_of",
-    "start_flight",
-    "stilled",
-    "switch_projection",
-    "views_file",
-]

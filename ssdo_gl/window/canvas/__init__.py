@@ -4,5 +4,3 @@ from __future__ import annotations
 
 from ssdo_gl.window.canvas.canvas import DEFAULT_BUDGET_MS, Canvas, without_line
 from ssdo_gl.window.canvas.presenter import error_color
-
-__all__ = ["DEFAULT_BUDGET_MS", "Canvas", "error_color", "without_line"]

@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from ssdo_gl.window.film.export import FilmExport, Interrupted
-
-__all__ = ["FilmExport", "Interrupted"]

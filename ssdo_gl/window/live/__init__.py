@@ -14,20 +14,3 @@ from ssdo_gl.window.live.inspector import (
 from ssdo_gl.window.live.kept_planes import KeptPlanes
 from ssdo_gl.window.live.live_image import REFINE_FRAMES, FrameRequest, LiveImage
 from ssdo_gl.window.live.monitor import Monitor
-
-__all__ = [
-    "INSPECTED",
-    "REFINE_FRAMES",
-    "FrameRequest",
-    "Governor",
-    "KeptPlanes",
-    "LiveImage",
-    "Monitor",
-    "QualityLevel",
-    "Reading",
-    "clearance",
-    "inspect",
-    "quality_levels",
-    "shown_values",
-    "surface_point",
-]

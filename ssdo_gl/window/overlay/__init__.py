@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from ssdo_gl.window.overlay.overlay import Overlay
-
-__all__ = ["Overlay"]

@@ -5,5 +5,3 @@ from __future__ import annotations
 from ssdo_gl.window.panel.menu import TEXT_FACTORS, draw_menu
 from ssdo_gl.window.panel.panel import Panel, panel_width
 from ssdo_gl.window.panel.status import state_text
-
-__all__ = ["TEXT_FACTORS", "Panel", "draw_menu", "panel_width", "state_text"]

@@ -5,13 +5,3 @@ from __future__ import annotations
 from ssdo_gl.window.saving.picture_job import PictureJob, PictureRequest
 from ssdo_gl.window.saving.saved_view import picture_meta, save_scene, view_command
 from ssdo_gl.window.saving.screenshot import free_stem, save_screenshot
-
-__all__ = [
-    "PictureJob",
-    "PictureRequest",
-    "free_stem",
-    "picture_meta",
-    "save_scene",
-    "save_screenshot",
-    "view_command",
-]
