@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,12 +50,15 @@ class Host:
         Files that were opened last.
     defer : callable
         Does something between two frames: the panel is drawn within them, too.
+    commands : mapping
+        What it carries out itself.
     """
 
     def __init__(self) -> None:
         self.overlay: Overlay | None = None
         self.recent = Recent()
         self.defer: Callable[[Callable[[], object]], None] = lambda act: None
+        self.commands: Mapping[Command, Callable[[], object]] = {}
 
     def permits(self, command: Command) -> bool:
         """Return whether a command may be carried out from there."""
@@ -68,42 +71,11 @@ class Host:
     def set_clipboard(self, text: str) -> None:
         """Put `text` where other programs paste from."""
 
-    def toggle_vsync(self) -> bool:
-        """Wait for the display or no longer; return whether it now waits."""
-        return True
-
-    def toggle_fullscreen(self) -> None:
-        """Fill the screen, or go back to a window."""
-
-    def toggle_panel(self) -> None:
-        """Show or hide the panel."""
-
-    def toggle_help(self) -> None:
-        """Show or hide the list of keys."""
-
-    def let_go(self) -> None:
-        """Hide the list of keys and a light's handle; give up a film."""
-
-    def toggle_film(self) -> None:
-        """Begin to export the camera path, or give it up."""
-
     def open(self, path: str) -> None:
         """Show the model, scene or preset at `path`, or a built-in scene."""
 
-    def ask_for_file(self) -> None:
-        """Let the user choose a file, and open it."""
-
-    def ask_for_picture(self) -> None:
-        """Let the user say which picture is to be saved, and save it."""
-
     def save_picture(self, request: PictureRequest) -> None:
         """Save a picture that was asked for."""
-
-    def reload_shaders(self) -> None:
-        """Compile what has changed."""
-
-    def quit(self) -> None:
-        """Close the window."""
 
 
 def perform(action: Action, viewer: Viewer, host: Host) -> None:
@@ -112,7 +84,10 @@ def perform(action: Action, viewer: Viewer, host: Host) -> None:
         viewer.say(f"only in a window: {action.command.value}", key="refused")
         return
     try:
-        _ACTIONS[action.command](viewer, host, action.number)
+        if action.command in host.commands:
+            host.commands[action.command]()
+        elif action.command in _ACTIONS:
+            _ACTIONS[action.command](viewer, host, action.number)
     except (OutputError, SettingError) as error:
         viewer.say(str(error), is_fault=True)
 
@@ -326,39 +301,14 @@ def _governor(viewer: Viewer, host: Host, number: int) -> None:
     viewer.say(f"frame time: {held}")
 
 
-def _vsync(viewer: Viewer, host: Host, number: int) -> None:
-    viewer.say("waits for the display" if host.toggle_vsync() else "does not wait for the display")
-
-
-def _host(call: Callable[[Host], object]) -> Callable[[Viewer, Host, int], None]:
-    def ask(viewer: Viewer, host: Host, number: int) -> None:
-        call(host)
-
-    return ask
-
-
-def _viewer(call: Callable[[Viewer], object]) -> Callable[[Viewer, Host, int], None]:
-    def change(viewer: Viewer, host: Host, number: int) -> None:
-        call(viewer)
-
-    return change
-
-
-def _nothing(viewer: Viewer, host: Host, number: int) -> None:
-    """The input map itself has taken note of it."""
-
-
+# Of those that the host does not carry out; looking with the mouse is the input map's.
 _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
-    Command.TOGGLE_PANEL: _host(lambda host: host.toggle_panel()),
-    Command.TOGGLE_HELP: _host(lambda host: host.toggle_help()),
-    Command.CAPTURE: _nothing,
-    Command.RELEASE: _host(lambda host: host.let_go()),
     Command.FOCUS: _focus,
     Command.FIT: _fit,
     Command.HOME: _home,
     Command.NEXT_CAMERA: _next_camera,
     Command.PROJECT: _project,
-    Command.COLLIDE: _viewer(lambda viewer: viewer.toggle_collisions()),
+    Command.COLLIDE: lambda viewer, host, number: viewer.toggle_collisions(),
     Command.VIEW: _show_image,
     Command.NEXT_METHOD: _method(1),
     Command.PREVIOUS_METHOD: _method(-1),
@@ -368,27 +318,20 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.INSPECT: _inspect,
     Command.PAUSE: _pause,
     Command.STEP: _step,
-    Command.RELOAD: _host(lambda host: host.reload_shaders()),
-    Command.OPEN: _host(lambda host: host.ask_for_file()),
-    Command.RELOAD_SCENE: _viewer(reload_file),
+    Command.RELOAD_SCENE: lambda viewer, host, number: reload_file(viewer),
     Command.SAVE_SCENE: _save_scene,
     Command.MATERIAL: _material,
     Command.UNDO: _undo,
     Command.REDO: _redo,
     Command.RESET: _reset,
     Command.SCREENSHOT: _screenshot,
-    Command.SAVE_PICTURE: _host(lambda host: host.ask_for_picture()),
     Command.SAVE_PRESET: _save_preset,
     Command.COPY_COMMAND: _copy_command,
     Command.STORE: _store,
     Command.RECALL: _recall,
     Command.RECORD: _record,
     Command.PLAY: _play,
-    Command.EXPORT: _host(lambda host: host.toggle_film()),
     Command.GOVERNOR: _governor,
-    Command.VSYNC: _vsync,
-    Command.FULLSCREEN: _host(lambda host: host.toggle_fullscreen()),
     Command.PIVOT: _pivot,
     Command.ZOOM: _zoom,
-    Command.QUIT: _host(lambda host: host.quit()),
 }

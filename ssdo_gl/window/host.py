@@ -10,7 +10,7 @@ from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.window.actions import Host
 from ssdo_gl.window.film import FilmExport
 from ssdo_gl.window.glfw_window import GlfwWindow
-from ssdo_gl.window.input import InputMap
+from ssdo_gl.window.input import Command, InputMap
 from ssdo_gl.window.opening import FileDialog, FileWatch, open_file, reload_file
 from ssdo_gl.window.saving import PictureJob, PictureRequest
 from ssdo_gl.window.viewer import Viewer
@@ -43,6 +43,18 @@ class WindowHost(Host):
         self._input = input_map
         self._film = film
         self._waits = True
+        self.commands = {
+            Command.TOGGLE_PANEL: partial(self._toggle, "shows_panel"),
+            Command.TOGGLE_HELP: partial(self._toggle, "shows_help"),
+            Command.RELEASE: self._let_go,
+            Command.RELOAD: lambda: self.reload(),
+            Command.OPEN: self._ask_for_file,
+            Command.SAVE_PICTURE: self._ask_for_picture,
+            Command.EXPORT: film.toggle,
+            Command.VSYNC: self._toggle_vsync,
+            Command.FULLSCREEN: window.toggle_fullscreen,
+            Command.QUIT: window.ask_to_close,
+        }
 
     def open(self, path: str) -> None:
         """Show, between two frames, the model, scene or preset at `path`, or a built-in scene."""
@@ -55,7 +67,7 @@ class WindowHost(Host):
             self.title = f"{Path(path).name} - ssdo_gl"
             self._window.set_title(self.title)
 
-    def ask_for_file(self) -> None:
+    def _ask_for_file(self) -> None:
         """Let the user choose a file, by the system's dialog or by its path."""
         if self.overlay is None:
             self._viewer.say("drop a file on the window to open it")
@@ -64,7 +76,7 @@ class WindowHost(Host):
         else:
             self.overlay.path_prompt.show()
 
-    def ask_for_picture(self) -> None:
+    def _ask_for_picture(self) -> None:
         """Let the user say which picture is to be saved."""
         if self.overlay is None:
             self._viewer.say(NO_PANEL)
@@ -103,39 +115,20 @@ class WindowHost(Host):
     def set_clipboard(self, text: str) -> None:
         self._window.set_clipboard(text)
 
-    def toggle_vsync(self) -> bool:
+    def _toggle_vsync(self) -> None:
         self._waits = not self._waits
         self._window.set_vsync(self._waits)
-        return self._waits
+        self._viewer.say(f"{'waits' if self._waits else 'does not wait'} for the display")
 
-    def toggle_fullscreen(self) -> None:
-        self._window.toggle_fullscreen()
-
-    def toggle_panel(self) -> None:
+    def _toggle(self, part: str) -> None:
         if self.overlay is None:
             self._viewer.say(NO_PANEL)
         else:
-            self.overlay.shows_panel = not self.overlay.shows_panel
+            setattr(self.overlay, part, not getattr(self.overlay, part))
 
-    def toggle_help(self) -> None:
-        if self.overlay is None:
-            self._viewer.say(NO_PANEL)
-        else:
-            self.overlay.shows_help = not self.overlay.shows_help
-
-    def let_go(self) -> None:
+    def _let_go(self) -> None:
+        """Hide the list of keys and a light's handle; give up a film."""
         if self.overlay is not None:
             self.overlay.shows_help = False
             self.overlay.light_handle.hide()
         self._film.give_up()
-
-    def quit(self) -> None:
-        """Close the window after this frame."""
-        self._window.ask_to_close()
-
-    def toggle_film(self) -> None:
-        self._film.toggle()
-
-    def reload_shaders(self) -> None:
-        """Compile what has changed on disk."""
-        self.reload()

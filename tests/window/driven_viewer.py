@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import ClassVar
 
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.actions import perform
@@ -28,10 +29,11 @@ class Clock:
 
 
 class FakeHost:
-    """A host that only remembers what it was asked for."""
+    """A host that only remembers what goes onto its clipboard."""
+
+    commands: ClassVar[dict[Command, Callable[[], None]]] = {}
 
     def __init__(self) -> None:
-        self.asked: list[str] = []
         self.clipboard = ""
 
     def permits(self, command: Command) -> bool:
@@ -42,12 +44,6 @@ class FakeHost:
 
     def set_clipboard(self, text: str) -> None:
         self.clipboard = text
-
-    def toggle_vsync(self) -> bool:
-        return False
-
-    def __getattr__(self, name: str) -> Callable[[], None]:
-        return lambda: self.asked.append(name)
 
 
 def settle(viewer: Viewer, limit: int = 300, size: tuple[int, int] = SIZE) -> int:

@@ -20,6 +20,7 @@ from ssdo_gl.window import session as session_module
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow
+from ssdo_gl.window.input import Command
 from ssdo_gl.window.messages import Messages
 from ssdo_gl.window.session import Session
 from ssdo_gl.window.viewer import Viewer
@@ -43,6 +44,10 @@ class FakeWindow:
 
     def hide_cursor(self, hides: bool) -> bool:
         return False
+
+    def toggle_fullscreen(self) -> None: ...
+
+    def ask_to_close(self) -> None: ...
 
 
 @pytest.fixture
@@ -287,7 +292,7 @@ def test_what_is_typed_after_a_question_is_its_answer(
 
     monkeypatch.setattr(session, "_draw", draw)
     monkeypatch.setattr(session_module.glfw, "poll_events", lambda: None)
-    monkeypatch.setattr(session._host, "ask_for_file", overlay.path_prompt.show)
+    session._host.commands[Command.OPEN] = overlay.path_prompt.show
     rest(session, viewer)
     start, method = viewer.flight.position, viewer.view.method
     events.on_key(glfw.KEY_O, glfw.PRESS, glfw.MOD_CONTROL)
