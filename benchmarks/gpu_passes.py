@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.bench.measure.clock import CLOCK_NAMES
+from ssdo_gl.bench.measure.machine import CLOCK_NAMES
 from ssdo_gl.bench.report import COLORS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.fullscreen import draw_fullscreen

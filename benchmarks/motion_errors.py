@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from benchmarks.common import answering, command
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene

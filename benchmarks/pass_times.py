@@ -17,8 +17,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 
 from benchmarks.common import answering, command, positive
-from ssdo_gl.bench.measure.clock import CLOCK_NAMES
-from ssdo_gl.bench.measure.machine import cpu_name, load_average
+from ssdo_gl.bench.measure.machine import CLOCK_NAMES, cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.renderer import Renderer

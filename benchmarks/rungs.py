@@ -34,7 +34,7 @@ from ssdo_gl.bench.measure import (
     time_points,
     trusted_clock,
 )
-from ssdo_gl.bench.measure.clock import CLOCK_NAMES
+from ssdo_gl.bench.measure.machine import CLOCK_NAMES
 from ssdo_gl.bench.statistics import rmse_of
 from ssdo_gl.bench.storage import csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context

@@ -14,7 +14,7 @@ import moderngl
 
 from ssdo_gl import __version__
 from ssdo_gl.effects.decisions import Decision
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.execute import PassTiming
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan

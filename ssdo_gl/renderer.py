@@ -13,7 +13,7 @@ import numpy as np
 
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.frame_loop import FrameJob, FrameLoop
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import asked_scene, checked_images

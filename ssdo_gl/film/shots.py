@@ -12,8 +12,7 @@ from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.film_options import FRAMES_PER_SECOND, FilmOptions
-from ssdo_gl.settings.run_options import RunOptions
+from ssdo_gl.settings.run_options import FRAMES_PER_SECOND, FilmOptions, RunOptions
 
 # How long a turntable takes where nothing else is said.
 TURN_SECONDS = 8.0

@@ -1,7 +1,9 @@
-"""Clears framebuffers: colour to zero, depth to the far end."""
+"""Clears framebuffers, colour to zero, depth to the far end; or keeps a part from draws."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -48,3 +50,15 @@ def clear_last_in(target: moderngl.Framebuffer, region: Region) -> None:
     target.clear(viewport=region)
     target.color_mask, target.depth_mask = masks, True
     target.use()
+
+
+@contextmanager
+def last_kept(target: moderngl.Framebuffer) -> Iterator[None]:
+    """Leave the last of several attachments as it is while inside."""
+    masks = target.color_mask
+    assert isinstance(masks[0], tuple), "a single attachment is what the draw is for"
+    target.color_mask = (*masks[:-1], (False,) * 4)
+    try:
+        yield
+    finally:
+        target.color_mask = masks

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ssdo_gl.gpu.color_mask import last_kept
+from ssdo_gl.gpu.clear import last_kept
 from ssdo_gl.gpu.draw_bands import bands
 from ssdo_gl.gpu.program import Program
 from ssdo_gl.math3d import Region

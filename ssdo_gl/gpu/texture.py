@@ -1,4 +1,4 @@
-"""Textures and framebuffers with the project's fixed sampling state."""
+"""Textures and framebuffers with the project's fixed sampling state, and reading them back."""
 
 from __future__ import annotations
 
@@ -111,3 +111,13 @@ def unpack(data: bytes, shape: tuple[int, int, int], dtype: str) -> NDArray[np.g
     if dtype in ("u4", "i4"):
         return array
     return array.astype(np.float32) if unit == 1.0 else (array / unit).astype(np.float32)
+
+
+def read_texture(texture: moderngl.Texture) -> NDArray[np.float32]:
+    """Return the texture as float32, shape (height, width, channels), row 0 at the top.
+
+    Nothing else flips rows. Normalised integers come back in [0, 1]. Waits until it is drawn.
+    """
+    shape = (texture.height, texture.width, texture.components)
+    rows = unpack(texture.read(alignment=1), shape, texture.dtype)
+    return np.ascontiguousarray(rows[::-1], dtype=np.float32)

@@ -19,7 +19,7 @@ from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.headless.snapshot import print_notes
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.printable import printable
-from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
+from ssdo_gl.settings.run_options import FRAMES_PER_SECOND
 from ssdo_gl.short_repr import counted
 from ssdo_gl.whole_files import has_data
 

@@ -18,8 +18,8 @@ from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
 from ssdo_gl.settings.resolve import for_pictures
+from ssdo_gl.settings.run_options import FRAMES_PER_SECOND
 
 
 @dataclass(frozen=True)

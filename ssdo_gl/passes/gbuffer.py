@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 
 import moderngl
 
-from ssdo_gl.gpu.clear import clear, clear_last_in
-from ssdo_gl.gpu.color_mask import last_kept
+from ssdo_gl.gpu.clear import clear, clear_last_in, last_kept
 from ssdo_gl.gpu.geometry import (
     Features,
     TriangleRasterizer,

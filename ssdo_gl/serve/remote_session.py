@@ -12,7 +12,6 @@ import glfw
 
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.serve.delivery import Delivery, SentPicture
-from ssdo_gl.serve.key_codes import BUTTONS, KEYS
 from ssdo_gl.serve.page_events import PageEventError, pixels_of
 from ssdo_gl.serve.page_state import choose, flag, shown_state
 from ssdo_gl.serve.remote_host import RemoteHost
@@ -22,6 +21,26 @@ from ssdo_gl.window.events import Events
 from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop
+
+_LETTERS = {f"Key{letter}": ord(letter) for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZ"}
+_DIGITS = {f"Digit{digit}": ord(str(digit)) for digit in range(10)}
+_FUNCTIONS = {f"F{i}": glfw.KEY_F1 + i - 1 for i in range(1, 13)}
+_OTHERS = {
+    "Space": glfw.KEY_SPACE,
+    "Period": glfw.KEY_PERIOD,
+    "Home": glfw.KEY_HOME,
+    "Escape": glfw.KEY_ESCAPE,
+    "Tab": glfw.KEY_TAB,
+    "ArrowLeft": glfw.KEY_LEFT,
+    "ArrowRight": glfw.KEY_RIGHT,
+    "ArrowUp": glfw.KEY_UP,
+    "ArrowDown": glfw.KEY_DOWN,
+    "ShiftLeft": glfw.KEY_LEFT_SHIFT,
+    "ShiftRight": glfw.KEY_RIGHT_SHIFT,
+}
+KEYS: dict[str, int] = {**_LETTERS, **_DIGITS, **_FUNCTIONS, **_OTHERS}
+# ``MouseEvent.button`` counts from left to right.
+BUTTONS = (glfw.MOUSE_BUTTON_LEFT, glfw.MOUSE_BUTTON_MIDDLE, glfw.MOUSE_BUTTON_RIGHT)
 
 
 class RemoteSession(ViewerLoop):

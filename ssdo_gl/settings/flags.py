@@ -22,7 +22,6 @@ from ssdo_gl.settings.fields import (
     parse,
     shown,
 )
-from ssdo_gl.settings.film_options import FILM, FilmOptions
 from ssdo_gl.settings.help_page import (
     SHELLS,
     USAGE,
@@ -33,8 +32,15 @@ from ssdo_gl.settings.help_page import (
 )
 from ssdo_gl.settings.loading import FIT, LoadOptions, named_camera
 from ssdo_gl.settings.pass_settings import overrides_from_text
-from ssdo_gl.settings.run_options import MODE, RUNNING, RunOptions
-from ssdo_gl.settings.serve_options import BROWSER, ServeOptions
+from ssdo_gl.settings.run_options import (
+    BROWSER,
+    FILM,
+    MODE,
+    RUNNING,
+    FilmOptions,
+    RunOptions,
+    ServeOptions,
+)
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
 from ssdo_gl.suggestion import suggestion
 

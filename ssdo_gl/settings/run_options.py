@@ -12,13 +12,16 @@ from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import LOOK, QUALITY
 
 MODE, RUNNING = "what to do (none: fly-through window)", "running"
-
+FILM, BROWSER = "films", "in a browser"
+FRAMES_PER_SECOND = 30.0
 
 _mode = partial(setting, group=MODE)
 _bench = partial(_mode, modes=frozenset({modes.BENCH}))
 _look = partial(setting, group=LOOK, modes=modes.ALL)
 _quality = partial(setting, group=QUALITY, modes=modes.ONE)
 _running = partial(setting, group=RUNNING, modes=modes.ALL)
+_film = partial(setting, group=FILM, modes=frozenset({modes.FILM}))
+_serve = partial(setting, group=BROWSER, modes=frozenset({modes.SERVE}))
 
 
 @dataclass(frozen=True)
@@ -144,3 +147,56 @@ class RunOptions:
         }
         named = [name for name, is_on in asked.items() if is_on]
         return frozenset(named or [modes.WINDOW])
+
+
+@dataclass(frozen=True)
+class FilmOptions:
+    """Frames, camera path and rate of a film."""
+
+    path: str | None = _film(
+        None,
+        "the camera follows the path that a window has recorded",
+        metavar="VIEWS.json",
+    )
+    turntable: float | None = _film(
+        None,
+        "the camera turns by this much about its target; without a number, once round",
+        unit="degrees",
+        low=-1e6,
+        high=1e6,
+        metavar="DEGREES",
+        bare="360",
+    )
+    frames_range: str | None = _film(
+        None,
+        "render frames A to B - 1, of a film of B frames or of LENGTH; by default the whole path,"
+        " or eight seconds of turntable",
+        metavar="A:B[/LENGTH]",
+    )
+    fps: float = _film(
+        FRAMES_PER_SECOND,
+        "frames per second",
+        low=1e-3,
+        high=1000.0,
+        metavar="N",
+    )
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """Address of the page, and whether those who look share a camera."""
+
+    host: str | None = _serve(
+        None,
+        "listen at this address or name of the machine, 0.0.0.0 for all, and ask for a token; by"
+        " default only programs of the same machine reach the page",
+        metavar="ADDRESS",
+    )
+    port: int = _serve(
+        8765, "listen at this port; 0: any that is free", low=0, high=65535, metavar="N"
+    )
+    viewers: str = _serve(
+        "own",
+        "cameras with which pages begin: one for each, or one for all; the panel changes it",
+        choices=("own", "shared"),
+    )

@@ -23,7 +23,8 @@ from ssdo_gl.window.camera import (
 )
 from ssdo_gl.window.history import Edited
 from ssdo_gl.window.input import Action, Command
-from ssdo_gl.window.opening import Recent, reload_file
+from ssdo_gl.window.kept_files import Recent
+from ssdo_gl.window.opening import reload_file
 from ssdo_gl.window.saving import (
     PictureRequest,
     free_stem,

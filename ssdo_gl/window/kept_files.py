@@ -1,4 +1,4 @@
-"""What a window keeps from one visit to the next: small files of JSON."""
+"""What a window keeps from one visit to the next, files opened last too: small files of JSON."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from typing import Any
 
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.process import home_folder
+
+# Files opened last.
+MOST = 10
 
 
 def usual_file(name: str) -> Path | None:
@@ -43,3 +46,27 @@ def keep(file: Path | None, value: Any) -> None:
         write_atomically(file, (json.dumps(value, indent=1) + "\n").encode())
     except (OSError, OutputError):
         return
+
+
+class Recent:
+    """Paths of files opened last, the newest first.
+
+    Parameters
+    ----------
+    file : Path or None
+        Where they are kept; None: where the system wants it.
+    """
+
+    def __init__(self, file: Path | None = None) -> None:
+        self._file = file or usual_file("recent.json")
+
+    def paths(self) -> list[str]:
+        """Return those that still exist."""
+        known = kept(self._file)
+        known = known if isinstance(known, list) else []
+        return [path for path in known if isinstance(path, str) and os.path.exists(path)][:MOST]
+
+    def add(self, path: str) -> None:
+        """Put a file in front."""
+        path = str(Path(path).resolve())
+        keep(self._file, [path, *(other for other in self.paths() if other != path)][:MOST])

@@ -10,7 +10,7 @@ import pytest
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects import far_field
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
 from ssdo_gl.render_result import Drawing, RenderResult

@@ -15,7 +15,7 @@ import scene_text as text
 
 import ssdo_gl
 from ssdo_gl import math3d
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import read_description

@@ -12,8 +12,7 @@ import pytest
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects import own_rays
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.gpu.texture import make_texture, read_texture
 from ssdo_gl.render_result import Drawing
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera

@@ -14,7 +14,7 @@ def texture_from_image(
 ) -> moderngl.Texture:
     """Return a texture of `image` (height, width, channels), row 0 at the **top**.
 
-    The inverse of `readback.read_texture`; (height, width) is one channel.
+    The inverse of `read_texture`; (height, width) is one channel.
     """
     array = np.asarray(image)
     array = array[..., None] if array.ndim == 2 else array

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 
 HEAD = "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
 

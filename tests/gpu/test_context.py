@@ -168,7 +168,7 @@ import sys
 import numpy as np
 from gpu.triangle import draw_triangle
 from ssdo_gl.gpu.context import create_context
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.gpu.texture import make_texture
 
 first, second = create_context(sys.argv[1]), create_context(sys.argv[1])

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 
 # Mirrored, so that a shift by a part of a texel does not go unnoticed either way.
 SOURCE = """#version 330 core

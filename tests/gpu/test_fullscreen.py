@@ -7,9 +7,8 @@ import pytest
 from gpu.image_texture import texture_from_image
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderError
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 
 # v_uv is interpolated in float32; the texture is 8 texels at most, so a part in 1e6
 # is some ten roundings and far below the half texel that a wrong pixel centre costs.

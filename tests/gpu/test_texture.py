@@ -8,8 +8,7 @@ import pytest
 from gpu.image_texture import texture_from_image
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import FrameSizeError, make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import FrameSizeError, make_framebuffer, make_texture, read_texture
 
 # Rounding to the nearest of 2^n - 1 steps is off by half a step at most; the division
 # back to float32 adds one rounding.

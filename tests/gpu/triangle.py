@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 
 SIZE = (16, 12)
 # Exact in binary, so every driver must write the same bits.

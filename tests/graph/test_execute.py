@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from graph.painting import Paint, chain, frame
 
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 

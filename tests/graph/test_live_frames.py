@@ -12,7 +12,7 @@ import pytest
 from graph.painting import Paint, chain, frame
 
 from ssdo_gl.gpu import texture_pool
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 

@@ -15,8 +15,7 @@ from hard_cases.hard_scene import CAMERA
 from hard_cases.poison import FAULT, SIZE, noise
 from passes.estimator_cases import picture_frame
 
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.display import ColorMapping

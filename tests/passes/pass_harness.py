@@ -12,9 +12,8 @@ from meshes import quad as quad
 from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.gpu.geometry import CameraPose, Geometry
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.scene.camera import Camera

@@ -12,8 +12,8 @@ from ssdo_gl.effects.tables.environment import EnvironmentPass
 from ssdo_gl.effects.tables.gloss_tables import ReflectanceTablePass
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.geometry import Geometry
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import compile_graph

@@ -14,7 +14,7 @@ from passes.estimator_cases import inputs_of, picture_frame, tilted_plane
 from passes.pass_harness import STORED_AS
 
 from ssdo_gl.gpu.geometry import Geometry
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import PassContext, TextureWithFacts
 from ssdo_gl.passes.far_probes import ProbeRays
 from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays

@@ -14,9 +14,8 @@ from oracle.ray_triangles import edge_clearance, intersect_all
 from shaders.harness import evaluate
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.passes.rays.ray_libraries import record_texture
 from ssdo_gl.raytracing.bvh import MAX_RECORDS, Bvh, build_bvh
 from ssdo_gl.scene.camera import Camera

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ssdo_gl.window.kept_files import keep, kept, usual_file
-from ssdo_gl.window.opening.recent import Recent
+from ssdo_gl.window.kept_files import Recent, keep, kept, usual_file
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="folders of another system")
 

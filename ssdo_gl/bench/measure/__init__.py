@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images, OpenRenderer, opener
-from ssdo_gl.bench.measure.clock import CLOCK_NAMES, is_busy, trusted_clock
 from ssdo_gl.bench.measure.errors import (
     ERROR_FORMAT,
     ErrorStore,
@@ -16,7 +15,14 @@ from ssdo_gl.bench.measure.errors import (
     unit_px,
 )
 from ssdo_gl.bench.measure.fingerprints import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.measure.machine import describe_machine, load_average, machine_class
+from ssdo_gl.bench.measure.machine import (
+    CLOCK_NAMES,
+    describe_machine,
+    is_busy,
+    load_average,
+    machine_class,
+    trusted_clock,
+)
 from ssdo_gl.bench.measure.panels import ErrorPanel, all_aovs, error_panels, panel_named
 from ssdo_gl.bench.measure.points import PICTURE, Point, read_grid, screen_space_method
 from ssdo_gl.bench.measure.reference_cache import (

@@ -1,4 +1,4 @@
-"""What the numbers were measured on, so that nobody compares them out of context."""
+"""What numbers are measured on, and by which of its clocks."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import importlib.metadata
 import os
 import platform
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,16 @@ from ssdo_gl import __version__
 from ssdo_gl.gpu.context import Device
 
 _LIBRARIES = ("moderngl", "numpy", "scikit-image", "flip-evaluator", "matplotlib")
+# What a time may be measured by; the fields that hold it, of `MedianTimes` and `Visit`.
+CLOCKS = {"wall": "frame_ms", "process": "process_ms", "gpu": "gpu_ms"}
+# How a person calls them.
+CLOCK_NAMES = {
+    "wall": "finish() and the wall clock",
+    "process": "processor time of all threads",
+    "gpu": "OpenGL time queries",
+}
+# More than this share of the cores wanted by others, and the wall clock misleads.
+BUSY_SHARE = 0.5
 
 
 def cpu_name() -> str:
@@ -75,3 +86,19 @@ def describe_machine(device: Device, timer: str, command: str) -> dict[str, Any]
 def machine_class(device: Device) -> str:
     """Return what a calibration is valid for: renderer, driver, processor, cores."""
     return f"{device.renderer}; {device.version}; {cpu_name()}; {core_count()} cores"
+
+
+def is_busy(load: float | None) -> bool:
+    """Whether `load_average` says that others want the cores; False where it is unknown."""
+    return load is not None and load > BUSY_SHARE * core_count()
+
+
+def trusted_clock(machine: Mapping[str, Any]) -> str:
+    """Return one of `CLOCKS` for a machine as `describe_machine` describes it.
+
+    A GPU is asked itself. On a software rasterizer the wall clock counts, unless other
+    programs share the cores: processor time does not count theirs.
+    """
+    if not machine["software"]:
+        return "gpu"
+    return "process" if is_busy(machine["load"]) else "wall"

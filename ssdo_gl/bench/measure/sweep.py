@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
-from ssdo_gl.bench.measure.clock import CLOCKS
+from ssdo_gl.bench.measure.machine import CLOCKS
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.storage import append_line, whole_lines
 from ssdo_gl.graph.render_pass import ProgressCallback

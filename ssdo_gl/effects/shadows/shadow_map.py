@@ -13,8 +13,7 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.shadows.map_faces import Face, atlas_size, faces_of
-from ssdo_gl.effects.shadows.map_readers import unread_maps
-from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
+from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size, unread_maps
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec

@@ -7,7 +7,7 @@ from typing import Any
 
 import moderngl
 
-from ssdo_gl.gpu.compute import shade_triangles
+from ssdo_gl.gpu.compute import CLEARS, IDS, INDICES, INSTANCES, PIXELS, STREAMS, TRIANGLES
 from ssdo_gl.gpu.geometry.device_geometry import Numbered
 from ssdo_gl.gpu.program import Program
 
@@ -39,15 +39,14 @@ def draw_surfaces(
         program.check_complete(textures)
         instances, count = part.visible.in_turn, group.vertices.triangle_count
         group.hold(instances)
-        assert program.compute is not None
-        streams = {name: buffer for name, (buffer, _) in group.vertices.buffers.items()}
-        shade_triangles(
-            gl,
-            program.compute,
-            ids,
-            outputs,
-            (group.vertices.indices, streams),
-            group.instances,
-            (part.first, count * len(instances), count),
-            clears=part is parts[0],
-        )
+        compute = program.compute
+        assert compute is not None
+        compute.number(TRIANGLES, (part.first, count * len(instances), count))
+        compute.number(CLEARS, int(part is parts[0]))
+        compute.number(IDS, compute.first_unit)
+        ids.use(compute.first_unit)
+        group.vertices.indices.bind_to_storage_buffer(INDICES)
+        group.instances.bind_to_storage_buffer(INSTANCES)
+        for name, (buffer, _) in group.vertices.buffers.items():
+            buffer.bind_to_storage_buffer(STREAMS[name])
+        compute.run(gl, outputs, (0, 0, *ids.size), adds=False, pixels=PIXELS)

@@ -17,8 +17,7 @@ import numpy as np
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.program import Program
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.rays.ray_libraries import stream_of
 

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.gpu.texture import make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, drawn, surfel_rows
 

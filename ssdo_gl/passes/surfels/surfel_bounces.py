@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import moderngl
 import numpy as np
 
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.own_textures import facts_of, textures_of

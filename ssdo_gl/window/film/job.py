@@ -17,7 +17,7 @@ from ssdo_gl.images.display import picture_of
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
+from ssdo_gl.settings.run_options import FRAMES_PER_SECOND
 
 # As many sub-pixel offsets as a snapshot has by default.
 ANTIALIAS = 4

@@ -3,5 +3,4 @@
 from __future__ import annotations
 
 from ssdo_gl.window.input.bindings import BINDINGS, Action, Command, help_groups
-from ssdo_gl.window.input.gamepad_map import gamepad_controls
-from ssdo_gl.window.input.input_map import InputMap, combined
+from ssdo_gl.window.input.input_map import InputMap, combined, gamepad_controls

@@ -1,4 +1,4 @@
-"""From events of keys and mouse to controls and commands.
+"""From events of keys and mouse, and the state of a gamepad, to controls and commands.
 
 Takes GLFW's numbers but calls nothing of GLFW, so that a test can press keys. How far a key
 moves follows from when it went down and up, never from how long a frame took.
@@ -38,6 +38,9 @@ TAP_SECONDS = 0.08
 # A hand that clicks moves the mouse by less.
 DRAG_PX = 3.0
 DOUBLE_CLICK_SECONDS = 0.4
+# A stick at rest reports up to a tenth of its way; a trigger is quieter.
+STICK_DEAD_ZONE = 0.15
+TRIGGER_DEAD_ZONE = 0.05
 
 
 @dataclass
@@ -275,3 +278,30 @@ def _scaled(values: Sequence[float], factor: float) -> list[float]:
 
 def _summed(parts: Sequence[Sequence[float]], count: int) -> list[float]:
     return [sum(part[i] for part in parts) for i in range(count)]
+
+
+def gamepad_controls(axes: Sequence[float], buttons: Sequence[int]) -> Controls:
+    """Return the controls of a gamepad in GLFW's standard layout.
+
+    Left stick: move; right stick: look; triggers: down and up; a shoulder button: fast.
+    """
+    right, back, look_right, look_down = (_stick(a) for a in axes[:4])
+    down, up = (_past(0.5 + 0.5 * a, TRIGGER_DEAD_ZONE) for a in axes[4:6])
+    return Controls(
+        move=(right, up - down, -back),
+        turn_rate=(-TURN_RATE * look_right, -TURN_RATE * look_down),
+        fast=bool(
+            buttons[glfw.GAMEPAD_BUTTON_LEFT_BUMPER] or buttons[glfw.GAMEPAD_BUTTON_RIGHT_BUMPER]
+        ),
+    )
+
+
+def _past(value: float, dead_zone: float) -> float:
+    """Return 0 inside the dead zone and what is beyond it stretched to 0..1."""
+    return max(0.0, (value - dead_zone) / (1.0 - dead_zone))
+
+
+def _stick(value: float) -> float:
+    """Return a stick's axis with its dead zone removed, squared for a fine touch."""
+    strength = _past(abs(value), STICK_DEAD_ZONE) ** 2
+    return strength if value >= 0.0 else -strength

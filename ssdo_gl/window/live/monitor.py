@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.images.error import failures, mean_level, relative_rmse
 from ssdo_gl.window.live.live_image import LiveImage

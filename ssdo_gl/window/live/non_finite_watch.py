@@ -9,9 +9,8 @@ import numpy as np
 
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 
 # Texels summed up by one thread of the alarm: few enough results to read back at once.
 _BLOCK = 16

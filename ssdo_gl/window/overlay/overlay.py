@@ -16,8 +16,7 @@ from ssdo_gl.window.kept_files import keep, kept
 from ssdo_gl.window.live import Reading, inspect, shown_values
 from ssdo_gl.window.overlay.help_sheet import draw_help
 from ssdo_gl.window.overlay.imgui_backend import ImguiBackend
-from ssdo_gl.window.overlay.path_prompt import PathPrompt
-from ssdo_gl.window.overlay.picture_prompt import PicturePrompt
+from ssdo_gl.window.overlay.prompt import PathPrompt, PicturePrompt
 from ssdo_gl.window.panel import TEXT_FACTORS, Panel, draw_menu, panel_width, state_text
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS

@@ -10,7 +10,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
-from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.window.panel.histogram import radiance_histogram
 from ssdo_gl.window.panel.pareto_chart import ChartPoint, chart_points, log_position
 from ssdo_gl.window.panel.tooltip import show_tooltip

@@ -21,12 +21,14 @@ from ssdo_gl.bench.report.advice import (
     answer,
     answer_data,
     answer_section,
+    candidates,
+    cheapest_within,
+    most_accurate_within,
     parts_section,
     presets_section,
     recommendations,
     usual_answers,
 )
-from ssdo_gl.bench.report.answers import candidates, cheapest_within, most_accurate_within
 
 BOUNDS_MS = (0.1, 5.0, 8.0, 12.0, 30.0, 1e6)
 SURE = {"likely": "", "surely have": "have", "surely bear": "bear"}

@@ -13,7 +13,7 @@ from bench.fake_bench import bench, pictures
 
 from ssdo_gl.bench.analysis import front_of
 from ssdo_gl.bench.measure.panels import panel_named
-from ssdo_gl.bench.report.answers import candidates, cheapest_within, most_accurate_within
+from ssdo_gl.bench.report.advice import candidates, cheapest_within, most_accurate_within
 from ssdo_gl.bench.report.page import report_html
 
 playwright = pytest.importorskip("playwright.sync_api")

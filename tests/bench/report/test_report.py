@@ -14,8 +14,8 @@ from bench.fake_bench import bench
 from rich.console import Console
 
 from ssdo_gl.bench.analysis import front_of
-from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.measure.errors import Scalars
+from ssdo_gl.bench.measure.machine import CLOCK_NAMES
 from ssdo_gl.bench.report import outputs, plots, terminal
 from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.tables import part_text

@@ -12,10 +12,9 @@ from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.compute import compute_source, computes_faster
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry import triangle_rasterizer
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import FULLSCREEN, ShaderError, ShaderLibrary
 from ssdo_gl.gpu.shader_source import flatten
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.resolve import settings_for

@@ -7,8 +7,7 @@ import pytest
 from gpu.image_texture import texture_from_image
 from passes.pass_harness import make_frame, make_scene
 
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.rays import accumulate as module
 from ssdo_gl.passes.rays.accumulate import (

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from passes.cache_harness import fill
 
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.gpu.texture import make_texture, read_texture
 from ssdo_gl.passes.surfels.bounces import Bounces, relaxation
 from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, SurfaceCacheSettings
 from ssdo_gl.scene.camera import Camera

@@ -16,7 +16,6 @@ from ssdo_gl.window.input.bindings import (
     Command,
     help_groups,
 )
-from ssdo_gl.window.input.gamepad_map import gamepad_controls
 from ssdo_gl.window.input.input_map import (
     DOUBLE_CLICK_SECONDS,
     DRAG_PX,
@@ -27,6 +26,7 @@ from ssdo_gl.window.input.input_map import (
     TURN_RATE,
     InputMap,
     combined,
+    gamepad_controls,
 )
 
 NEUTRAL_AXES = (0.0, 0.0, 0.0, 0.0, -1.0, -1.0)

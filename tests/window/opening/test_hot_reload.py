@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.window.opening import hot_reload
 from ssdo_gl.window.opening.hot_reload import ShaderWatch
 

@@ -17,7 +17,7 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.opening.recent import Recent
+from ssdo_gl.window.kept_files import Recent
 from ssdo_gl.window.viewer import Viewer
 
 pytest.importorskip("imgui_bundle")

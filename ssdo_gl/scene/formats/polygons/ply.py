@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.colors import linear_colors
-from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
-from ssdo_gl.scene.formats.polygons.polygon_text import numbers
+from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh, numbers
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",

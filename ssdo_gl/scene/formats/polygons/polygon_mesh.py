@@ -1,7 +1,8 @@
-"""What the polygon formats have in common: a mesh of polygons, on its way into a model."""
+"""What the polygon formats have in common: numbers of a text, a mesh on its way into a model."""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,6 +16,34 @@ from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene import SceneError
+
+
+def numbers(text: bytes) -> NDArray[np.float64]:
+    """Return all numbers of a text; line ends and blank lines count as spaces.
+
+    Raises
+    ------
+    ValueError
+        Naming the word that is no number.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            return np.fromstring(text, dtype=np.float64, sep=" ")
+        except (DeprecationWarning, ValueError):
+            pass
+    # A slower look finds the word at fault, and forgives what C on Windows prints.
+    words = text.split()
+    result = np.empty(len(words))
+    for index, word in enumerate(words):
+        try:
+            result[index] = float(word)
+        except ValueError:
+            if b"#" not in word:
+                shown = word[:40].decode("latin-1")
+                raise ValueError(f"{shown!r} stands where a number is expected") from None
+            result[index] = np.nan
+    return result
 
 
 @dataclass

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.colors import linear_colors
-from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
-from ssdo_gl.scene.formats.polygons.polygon_text import numbers
+from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh, numbers
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER_BYTES = 84

@@ -19,9 +19,13 @@ from ssdo_gl.scene.environment import (
     with_sun,
 )
 from ssdo_gl.scene.files import Table, contained_file
-from ssdo_gl.scene.formats.toml import environments, render_settings
-from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
-from ssdo_gl.scene.formats.toml.lights import read_light
+from ssdo_gl.scene.formats.toml.scene_tables import (
+    read_camera,
+    read_environment,
+    read_height,
+    read_light,
+    read_render_settings,
+)
 from ssdo_gl.scene.light_edits import with_added_light, with_lights, without_light
 from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.material_edits import (
@@ -59,7 +63,7 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
     top.allow(*BASED_KEYS)
     base = _base(top, file, options)
     builder = SceneBuilder(top.source, options)
-    render = render_settings.read_render_settings(top.table("render"))
+    render = read_render_settings(top.table("render"))
     changes: dict[str, Any] = {
         "title": top.text("title", base.title),
         "purpose": top.text("purpose", base.purpose),
@@ -69,7 +73,7 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
     environment = top.table("environment")
     if environment is not None and "kind" in environment:
         without = environment.text("kind") == "none"
-        read = environments.read_environment
+        read = read_environment
         changes["environment"] = None if without else read(environment, file, builder)
         base = _sunlit(base, changes["environment"])
     elif environment is not None:

@@ -9,9 +9,15 @@ from ssdo_gl.scene import files
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.environment import MapEnvironment, SkyEnvironment, turned_sun
 from ssdo_gl.scene.files import Table
-from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
+from ssdo_gl.scene.formats.toml import materials, objects
 from ssdo_gl.scene.formats.toml.based import read_based_scene
-from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
+from ssdo_gl.scene.formats.toml.scene_tables import (
+    read_camera,
+    read_environment,
+    read_height,
+    read_light,
+    read_render_settings,
+)
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
@@ -69,15 +75,15 @@ def read_description(
         return read_based_scene(top, file, options)
     top.allow(*TOP_KEYS)
     builder = SceneBuilder(source, options)
-    environment = environments.read_environment(top.table("environment"), file, builder)
+    environment = read_environment(top.table("environment"), file, builder)
     if isinstance(environment, SkyEnvironment):
         builder.lights.append(environment.daylight.sun())
     elif isinstance(environment, MapEnvironment) and (sun := turned_sun(environment)):
         builder.lights.append(sun)
-    render = render_settings.read_render_settings(top.table("render"))
+    render = read_render_settings(top.table("render"))
     material_of_name = materials.read_materials(top.table("materials"), file, builder)
     for table in top.tables("light"):
-        lights.read_light(table, builder)
+        read_light(table, builder)
     for table in top.tables("object"):
         objects.read_object(table, file, material_of_name, builder)
     camera_table = top.table("camera") or Table(source, "[camera]", {})
