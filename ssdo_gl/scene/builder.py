@@ -15,7 +15,7 @@ from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import ground, has_floor, is_room, lighting_for, seen_metal
 from ssdo_gl.scene.environment import Daylight, Environment, MapEnvironment, sky
-from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, batched, main_part
+from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces, are_mirrored, batched, main_part
 from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.motion import Trajectory
@@ -176,6 +176,11 @@ class SceneBuilder:
             has_added_sky=environment is not given_environment,
         )
 
+    @property
+    def surfaces(self) -> Surfaces:
+        """What was added until now."""
+        return Surfaces(self.meshes, self.objects, self.materials)
+
     def _is_traced(self) -> bool:
         """Return whether a hierarchy for rays is soon made, in each frame if bodies move."""
         shown = [(self.meshes[item.mesh], item) for item in self.objects]
@@ -212,7 +217,7 @@ class SceneBuilder:
 
     def _reach(self, camera: Camera) -> float:
         """Return the default radius of a model, relative to its diagonal."""
-        inside = is_room(self.meshes, self.objects, camera)
+        inside = is_room(self.surfaces, camera)
         return defaults.ROOM_REACH if inside else defaults.MODEL_REACH
 
     def _lay_ground(self, camera: Camera, environment: Environment | None) -> bool:
@@ -221,9 +226,9 @@ class SceneBuilder:
         shows_ground = isinstance(environment, MapEnvironment) and environment.sun is not None
         if not self.options.lays_ground or environment is None or len(keys) != 1 or shows_ground:
             return False
-        if has_floor(self.meshes, self.objects) or is_room(self.meshes, self.objects, camera):
+        if has_floor(self.surfaces) or is_room(self.surfaces, camera):
             return False
-        part = main_part(self.meshes, self.objects)
+        part = main_part(self.surfaces)
         mesh, material = ground((part.low, part.high), environment, keys[0])
         self.meshes.append(mesh)
         self.objects.append(
@@ -240,22 +245,17 @@ class SceneBuilder:
         if given is not None:
             fov_y, exposure = given.fov_y, given.exposure
             height = None if given.height is None else 0.0
-        camera = defaults.frame(self.meshes, self.objects, fov_y, exposure, self.materials)
-        if note := main_part(self.meshes, self.objects).note:
+        camera = defaults.frame(self.surfaces, fov_y, exposure)
+        if note := main_part(self.surfaces).note:
             self.note(note)
         if height is not None:
-            camera = defaults.parallel(self.meshes, self.objects, camera, height or None)
+            camera = defaults.parallel(self.surfaces, camera, height or None)
         return camera
 
     def _lit(self, camera: Camera, *, has_lamps: bool) -> tuple[Camera, Environment | None]:
         """Return the camera exposed for the lights of the file, and a sky if they do not do."""
         lighting = lighting_for(
-            self.meshes,
-            self.materials,
-            self.objects,
-            self.lights,
-            camera.perspective(),
-            has_lamps=has_lamps,
+            self.surfaces, self.lights, camera.perspective(), has_lamps=has_lamps
         )
         environment: Environment | None = None
         if self.options.adds_light:
@@ -272,12 +272,12 @@ class SceneBuilder:
 
     def _default_light(self, camera: Camera, why: str) -> Environment:
         """Add a key light and return the sky that goes with it: of a studio for metal."""
-        room = defaults.room_around(self.meshes, self.objects, camera)
+        room = defaults.room_around(self.surfaces, camera)
         if room is not None:
             self.lights.append(room.lamp(camera))
             self.note(f"{why}: added a soft sky and one light below the ceiling")
             return defaults.SKY
-        is_metal = seen_metal(self.meshes, self.materials, self.objects, camera.perspective())
+        is_metal = seen_metal(self.surfaces, camera.perspective())
         environment, key = (defaults.studio if is_metal else defaults.soft_light)(camera)
         self.lights.append(key)
         added = "a studio, which metal reflects," if is_metal else "a soft sky"
@@ -341,9 +341,7 @@ class SceneBuilder:
                     )
 
     def _add_emitters(self) -> None:
-        found = emitters.emitter_lights(
-            self.meshes, self.materials, self.objects, self._emitter_shadow, len(self.lights)
-        )
+        found = emitters.emitter_lights(self.surfaces, self._emitter_shadow, len(self.lights))
         self.objects = list(found.objects)
         self.lights += found.lights
         for text in found.notes:

@@ -123,12 +123,12 @@ class Camera:
         _check_fov(fov_y)
         level = scene.camera.exposure if exposure is None else exposure
         if direction is None:
-            return frame(scene.meshes, scene.objects, fov_y, level, scene.materials)
+            return frame(scene.surfaces(), fov_y, level)
         ahead = three_numbers("direction", direction)
         if ahead == (0.0, 0.0, 0.0):
             raise SettingError("direction = (0, 0, 0): expected a direction")
         toward = -math3d.normalized(ahead)
-        return seen_from(scene.meshes, scene.objects, toward, fov_y, level)
+        return seen_from(scene.surfaces(), toward, fov_y, level)
 
     @classmethod
     def from_pose(

@@ -9,7 +9,7 @@ lights the scene through one rectangle on the surface, of the same power.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray, doubled_area_vectors, frame_from_z, vector
-from ssdo_gl.scene.geometry import Mesh, SceneObject
+from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces
 from ssdo_gl.scene.lights import Light, RectangleLight, Shadow
 from ssdo_gl.scene.material import Material
 
@@ -46,11 +46,7 @@ class EmitterLights:
 
 
 def emitter_lights(
-    meshes: Sequence[Mesh],
-    materials: Sequence[Material],
-    objects: Sequence[SceneObject],
-    shadows: Mapping[int, Shadow],
-    first_light: int,
+    surfaces: Surfaces, shadows: Mapping[int, Shadow], first_light: int
 ) -> EmitterLights:
     """Make lights for every emissive object that is not yet the body of a light.
 
@@ -61,14 +57,14 @@ def emitter_lights(
     first_light : int
         Index that the first new light will have in the scene.
     """
-    result = list(objects)
+    result = list(surfaces.objects)
     lights: list[Light] = []
     notes: list[str] = []
-    for index, item in enumerate(objects):
-        material = materials[item.material]
+    for index, item in enumerate(surfaces.objects):
+        material = surfaces.material(item)
         if item.light is not None or not material.emits:
             continue
-        surface = _Surface.of(meshes[item.mesh], material, item.world_from_object)
+        surface = _Surface.of(surfaces.mesh(item), material, item.world_from_object)
         if not surface.power.sum() > 0.0:
             continue
         made = _panels(surface)
@@ -92,7 +88,7 @@ def emitter_lights(
             notes.append(
                 f"emissive panel {name!r} lights the scene with its mean radiance, but for gi"
             )
-        if meshes[item.mesh].pose is not None:
+        if surfaces.mesh(item).pose is not None:
             notes.append(f"emissive {name!r} changes its shape: its light stays as at time 0")
         result[index] = dataclasses.replace(item, light=first_light + len(lights))
         lights += [
@@ -109,17 +105,15 @@ def emitter_lights(
     return EmitterLights(tuple(result), tuple(lights), tuple(notes))
 
 
-def turned_to_scene(
-    meshes: Sequence[Mesh], materials: Sequence[Material], objects: Sequence[SceneObject]
-) -> Iterator[tuple[int, Mesh, str]]:
+def turned_to_scene(surfaces: Surfaces) -> Iterator[tuple[int, Mesh, str]]:
     """Yield emissive meshes that shine the wrong way: index, turned mesh, note.
 
     For formats that do not say which side of a surface emits. A solid shines
     outward; a flat panel that faces away from the middle of the scene, and has next
     to nothing in front of it, is turned around.
     """
-    for item in objects:
-        mesh, material = meshes[item.mesh], materials[item.material]
+    for item in surfaces.objects:
+        mesh, material = surfaces.mesh(item), surfaces.material(item)
         if not material.emits or material.two_sided_emission:
             continue
         surface = _Surface.of(mesh, material, item.world_from_object)
@@ -128,7 +122,7 @@ def turned_to_scene(
             volume = np.linalg.det(corners).sum()
             wrong = volume < 0.0
         else:
-            wrong = _faces_nothing(surface, meshes, objects, item)
+            wrong = _faces_nothing(surface, surfaces, item)
         if wrong:
             turned = dataclasses.replace(
                 mesh,
@@ -139,23 +133,21 @@ def turned_to_scene(
             yield item.mesh, turned, f"emissive {name!r} faced away from the scene: turned around"
 
 
-def _faces_nothing(
-    surface: _Surface, meshes: Sequence[Mesh], objects: Sequence[SceneObject], item: SceneObject
-) -> bool:
+def _faces_nothing(surface: _Surface, surfaces: Surfaces, item: SceneObject) -> bool:
     """Return whether a flat panel has the scene behind it and almost none before it."""
     total = (surface.area[:, None] * surface.normal).sum(axis=0)
     if np.linalg.norm(total) < 0.999 * surface.area.sum():
         return False  # not flat
     normal = total / np.linalg.norm(total)
     center = np.average(surface.corners.mean(axis=1), axis=0, weights=surface.area)
-    others = [o for o in objects if o is not item]
+    others = [o for o in surfaces.objects if o is not item]
     if not others:
         return False
     height = np.concatenate(
         [
             (mesh.positions @ matrix[:3, :3].T + matrix[:3, 3] - center) @ normal
             for o in others
-            for mesh, matrix in ((meshes[o.mesh], m) for m in o.world_from_object)
+            for mesh, matrix in ((surfaces.mesh(o), m) for m in o.world_from_object)
         ]
     )
     front, back = max(float(height.max()), 0.0), max(float(-height.min()), 0.0)

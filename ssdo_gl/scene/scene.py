@@ -13,7 +13,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.file_camera import FileCamera
-from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, instance_boxes, main_part
+from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, Surfaces, main_part
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
@@ -262,17 +262,21 @@ class Scene:
         materials = tuple(replace(material, single_sided=False) for material in self.materials)
         return replace(self, materials=materials)
 
+    def surfaces(self, *, has_ground: bool = True) -> Surfaces:
+        """Return all surfaces of it, or all but a ground."""
+        objects = [item for item in self.objects if has_ground or not item.is_ground]
+        return Surfaces(self.meshes, objects, self.materials)
+
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return world-space corners (min, max) of all instances but a ground, each (3,)."""
-        objects = [item for item in self.objects if not item.is_ground]
-        corners = instance_boxes(self.meshes, objects).reshape(-1, 3)
+        corners = self.surfaces(has_ground=False).boxes().reshape(-1, 3)
         if not len(corners):
             raise SceneError("the scene has no geometry: give it at least one [[object]]")
         return corners.min(axis=0), corners.max(axis=0)
 
     def main_part(self) -> MainPart:
         """Return the part of it that lengths nobody gave go by: no strays, no far larger ground."""
-        return main_part(self.meshes, [item for item in self.objects if not item.is_ground])
+        return main_part(self.surfaces(has_ground=False))
 
     def default_radius(self, *, is_all_light: bool = False) -> float:
         """Return the near-field radius R used when neither scene nor flag gives one.

@@ -67,7 +67,7 @@ def chosen_camera(scene: Scene, text: str | None, projection: str | None) -> Cam
         if not is_parallel:
             return camera.perspective()
         if scene.is_framed and camera.height is None:
-            return parallel(scene.meshes, scene.objects, camera, None)
+            return parallel(scene.surfaces(), camera, None)
         return camera.orthographic()
     position, target, third = camera_from_text(text)
     camera = dataclasses.replace(camera, position=position, target=target)

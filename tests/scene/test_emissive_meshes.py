@@ -9,7 +9,7 @@ from ssdo_gl import math3d
 from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, SAMPLE_COUNT, emitter_lights
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry import Surfaces, shapes
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.material import Material, Texture
@@ -21,7 +21,7 @@ def lights_of(
     mesh: Mesh, matrices: np.ndarray | None = None, material: Material = GLOW
 ) -> tuple[list[RectangleLight], tuple[str, ...]]:
     item = SceneObject(0, 0, np.eye(4)[None] if matrices is None else matrices)
-    made = emitter_lights([mesh], [material], [item], {}, 5)
+    made = emitter_lights(Surfaces([mesh], [item], [material]), {}, 5)
     assert made.objects[0].light == (5 if made.lights else None)
     return [light for light in made.lights if isinstance(light, RectangleLight)], made.notes
 
@@ -143,7 +143,7 @@ def test_instances_of_a_panel_are_a_light_each() -> None:
 
 def test_too_many_lights_are_told() -> None:
     items = [SceneObject(0, 0, name=f"lamp {index}") for index in range(MAX_LIGHTS + 3)]
-    made = emitter_lights([shapes.quad()], [GLOW], items, {}, 0)
+    made = emitter_lights(Surfaces([shapes.quad()], items, [GLOW]), {}, 0)
     assert len(made.lights) == MAX_LIGHTS
     assert [item.light is None for item in made.objects].count(True) == 3
     assert f"'lamp {MAX_LIGHTS}'" in made.notes[0]
@@ -166,8 +166,10 @@ def test_scene_files_say_how_emitters_are_shadowed() -> None:
 
 def test_an_inverted_solid_is_turned_to_shine_outward() -> None:
     inverted = Mesh(shapes.sphere(16).positions, shapes.sphere(16).triangles[:, ::-1], closed=True)
-    ((index, turned, note),) = emitters.turned_to_scene([inverted], [GLOW], [SceneObject(0, 0)])
+    ((index, turned, note),) = emitters.turned_to_scene(
+        Surfaces([inverted], [SceneObject(0, 0)], [GLOW])
+    )
     assert index == 0
     assert np.array_equal(turned.triangles, shapes.sphere(16).triangles)
     assert "turned around" in note
-    assert list(emitters.turned_to_scene([turned], [GLOW], [SceneObject(0, 0)])) == []
+    assert list(emitters.turned_to_scene(Surfaces([turned], [SceneObject(0, 0)], [GLOW]))) == []

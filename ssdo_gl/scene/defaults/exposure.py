@@ -13,9 +13,8 @@ from ssdo_gl.math3d import FloatArray, doubled_area_vectors, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.framing import is_room
 from ssdo_gl.scene.emissive_meshes import emitted_radiance
-from ssdo_gl.scene.geometry import Mesh, SceneObject, placed, spans
+from ssdo_gl.scene.geometry import Surfaces, placed, spans
 from ssdo_gl.scene.lights import Light
-from ssdo_gl.scene.material import Material
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
@@ -67,13 +66,7 @@ class Lighting:
 
 
 def lighting_for(
-    meshes: Sequence[Mesh],
-    materials: Sequence[Material],
-    objects: Sequence[SceneObject],
-    lights: Sequence[Light],
-    camera: Camera,
-    *,
-    has_lamps: bool,
+    surfaces: Surfaces, lights: Sequence[Light], camera: Camera, *, has_lamps: bool
 ) -> Lighting:
     """Return exposure and fill light for what the camera sees.
 
@@ -83,8 +76,8 @@ def lighting_for(
         Whether the file has lights besides its emissive surfaces, which often are there to
         glow rather than to light.
     """
-    exposure = exposure_for(meshes, objects, lights)
-    radiance, weight = _seen(meshes, materials, objects, lights, camera)
+    exposure = exposure_for(surfaces, lights)
+    radiance, weight = _seen(surfaces, lights, camera)
     most = _MAX_LAMP_EV if has_lamps else _MAX_GLOW_EV
     if not weight.sum() > 0.0:  # nothing, or all of it edge-on
         return Lighting(min(exposure, most), "none")
@@ -98,24 +91,19 @@ def lighting_for(
     # A glow next to nothing, where it is all there is, shows nothing.
     is_black = level * 2.0 ** min(exposure, most) < _TARGET_RADIANCE * 2.0**-_MAX_LAMP_EV
     if coverage >= _NEEDED_COVERAGE and exposure <= most and not is_black:
-        is_open = has_lamps and not is_room(meshes, objects, camera)
+        is_open = has_lamps and not is_room(surfaces, camera)
         return Lighting(_rounded(final), "dim sky" if is_open else "none", level)
     if not has_lamps or is_black or exposure > most:
         return Lighting(_rounded(float(np.clip(highest, _MIN_FILLED_EV, 0.0))), "sky and key")
     return Lighting(_rounded(min(exposure, highest)), "sky")
 
 
-def seen_metal(
-    meshes: Sequence[Mesh],
-    materials: Sequence[Material],
-    objects: Sequence[SceneObject],
-    camera: Camera,
-) -> bool:
+def seen_metal(surfaces: Surfaces, camera: Camera) -> bool:
     """Return whether enough of what the camera sees is of metal to show what it reflects."""
-    metal = np.array([materials[item.material].mean_metallic for item in objects])
+    metal = np.array([surfaces.material(item).mean_metallic for item in surfaces.objects])
     if not metal.any():
         return False
-    samples = _samples_in_view(meshes, objects, camera)
+    samples = _samples_in_view(surfaces, camera)
     total = samples.weight.sum()
     return bool(total > 0.0 and metal[samples.owner] @ samples.weight >= _METAL_SHARE * total)
 
@@ -147,18 +135,16 @@ class _Samples:
         return _Samples(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
-def _samples_in_view(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera
-) -> _Samples:
+def _samples_in_view(surfaces: Surfaces, camera: Camera) -> _Samples:
     """Return points that the camera may see, with normals that face it.
 
     What hides what is not looked into; backs of closed bodies are left out.
     """
-    samples = _surface_samples(meshes, objects)
+    samples = _surface_samples(surfaces)
     offset = np.asarray(camera.position) - samples.points
     distance_2 = np.maximum((offset**2).sum(axis=1), np.finfo(np.float64).tiny)
     cosine = (offset * samples.normals).sum(axis=1) / np.sqrt(distance_2)
-    closed = np.array([meshes[o.mesh].closed for o in objects], dtype=bool)
+    closed = np.array([surfaces.mesh(o).closed for o in surfaces.objects], dtype=bool)
     local = -offset @ camera.view_from_world_rotation().T
     x, y = camera.tan_half_fov(16.0 / 9.0)
     seen = (local[:, 2] < 0.0) & (np.abs(local[:, 0]) <= -x * local[:, 2])
@@ -170,24 +156,20 @@ def _samples_in_view(
 
 
 def _seen(
-    meshes: Sequence[Mesh],
-    materials: Sequence[Material],
-    objects: Sequence[SceneObject],
-    lights: Sequence[Light],
-    camera: Camera,
+    surfaces: Surfaces, lights: Sequence[Light], camera: Camera
 ) -> tuple[FloatArray, FloatArray]:
     """Return radiance and solid angle of points that the camera may see."""
-    samples = _samples_in_view(meshes, objects, camera)
+    samples = _samples_in_view(surfaces, camera)
     total = np.zeros(len(samples.points))
     for light in lights if len(total) else ():
         total += np.maximum(light.irradiance_at(samples.points, samples.normals), 0.0)
     glow = np.zeros(len(total))
-    for index, item in enumerate(objects):
+    for index, item in enumerate(surfaces.objects):
         chosen = np.flatnonzero(samples.owner == index)
-        if materials[item.material].emits and len(chosen):
+        if surfaces.material(item).emits and len(chosen):
             part = samples.of(chosen)
             glow[chosen] = emitted_radiance(
-                meshes[item.mesh], materials[item.material], part.triangle, part.corner_weights
+                surfaces.mesh(item), surfaces.material(item), part.triangle, part.corner_weights
             ).mean(axis=1)
     return total * (_GREY / np.pi) + np.minimum(glow, _BRIGHTEST_RADIANCE), samples.weight
 
@@ -202,15 +184,15 @@ def _rounded(exposure: float) -> float:
     return float(np.round(np.clip(exposure, -MAX_EXPOSURE_EV, MAX_EXPOSURE_EV), 1))
 
 
-def exposure_for(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], lights: Sequence[Light]
-) -> float:
+def exposure_for(surfaces: Surfaces, lights: Sequence[Light]) -> float:
     """Return the exposure in EV at which a scene of unknown light shows well.
 
     From the unshadowed irradiance at points spread evenly over the surfaces; 0 if no
     light reaches any, or if all of them are lamps.
     """
-    samples = _surface_samples(meshes, [o for o in objects if o.light is None])
+    samples = _surface_samples(
+        surfaces._replace(objects=[o for o in surfaces.objects if o.light is None])
+    )
     total = np.zeros(len(samples.points))
     for light in lights if len(total) else ():
         total += np.abs(light.irradiance_at(samples.points, samples.normals))
@@ -221,11 +203,11 @@ def exposure_for(
     return float(np.round(np.log2(_TARGET_RADIANCE / level), 1))
 
 
-def _surface_samples(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> _Samples:
+def _surface_samples(surfaces: Surfaces) -> _Samples:
     # Twice the areas of the triangles of all copies, object after object.
     areas, copies = [np.zeros(0)], []
-    for item in objects:
-        mesh = meshes[item.mesh]
+    for item in surfaces.objects:
+        mesh = surfaces.mesh(item)
         # Of very many copies a share says enough, and fits into memory.
         count = len(item.world_from_object) * len(mesh.triangles)
         copies.append(item.world_from_object[:: 1 + count // _MAX_TRIANGLES])
@@ -245,7 +227,7 @@ def _surface_samples(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> 
     triangle = np.zeros(count, dtype=np.int64)
     corners = np.zeros((count, 3, 3))
     for index in np.unique(owner):
-        mine, mesh = owner == index, meshes[objects[index].mesh]
+        mine, mesh = owner == index, surfaces.mesh(surfaces.objects[index])
         copy, triangle[mine] = np.divmod(chosen[mine] - starts[index], len(mesh.triangles))
         local = mesh.positions[mesh.triangles[triangle[mine]]]
         matrices = copies[index][copy]

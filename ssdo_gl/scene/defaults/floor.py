@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.scene.defaults.default_light import BACKDROP
 from ssdo_gl.scene.environment import Environment, irradiance
-from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within, main_part, placed
+from ssdo_gl.scene.geometry import Mesh, Surfaces, corners_within, main_part, placed
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
 
@@ -26,12 +24,12 @@ _MAX_COPIES = 256
 _MAX_ALBEDO = 0.8
 
 
-def has_floor(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> bool:
+def has_floor(surfaces: Surfaces) -> bool:
     """Return whether a scene brings something that the rest stands on."""
     parts: list[tuple[IntArray, FloatArray]] = []
     lows, highs = [], []
-    for item in objects:
-        mesh, copies = meshes[item.mesh], item.world_from_object
+    for item in surfaces.objects:
+        mesh, copies = surfaces.mesh(item), item.world_from_object
         is_used = np.zeros(len(mesh.positions), dtype=bool)
         is_used[mesh.triangles] = True
         points = placed(mesh.positions, copies[:: 1 + len(copies) // _MAX_COPIES])
@@ -39,7 +37,7 @@ def has_floor(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> bool:
         lows.append(points[:, is_used].min(axis=(0, 1)))
         highs.append(points[:, is_used].max(axis=(0, 1)))
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-    part = main_part(meshes, objects)
+    part = main_part(surfaces)
     if not part.is_all:
         low, high = part.low, part.high
     floor = low[1] + _FLOOR_HEIGHT * (high[1] - low[1])

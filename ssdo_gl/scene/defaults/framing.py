@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +10,16 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.defaults.interior import Interior, interior_of, room_around, shell_of
+from ssdo_gl.scene.defaults.interior import SHELL_TRIANGLES, Interior, interior_of, room_around
 from ssdo_gl.scene.geometry import (
     MainPart,
     Mesh,
-    SceneObject,
+    Surfaces,
     corners_within,
-    instance_boxes,
     main_part,
     placed,
     spans,
 )
-from ssdo_gl.scene.material import Material
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
@@ -47,13 +44,7 @@ _BOTTOM, _TOP = 2, 3
 _SIDE_AZIMUTHS = {5: 0.0, 1: 90.0, 4: 180.0, 0: 270.0}
 
 
-def frame(
-    meshes: Sequence[Mesh],
-    objects: Sequence[SceneObject],
-    fov_y: float,
-    exposure: float,
-    materials: Sequence[Material] = (),
-) -> Camera:
+def frame(surfaces: Surfaces, fov_y: float, exposure: float) -> Camera:
     """Return a camera that sees every vertex of the scene's main part.
 
     It stands in a closed room, and in one of any plan that shows the backs of its walls outside.
@@ -66,31 +57,29 @@ def frame(
     ----------
     fov_y : float
         Vertical field of view in degrees.
-    materials : sequence of Material
-        None given: backs are drawn everywhere.
     """
-    front = _front_of_sheet(meshes, objects)
+    front = _front_of_sheet(surfaces)
     if front is not None:
-        return seen_from(meshes, objects, _toward(*front), fov_y, exposure)
-    sides = wall_sides(meshes, objects)
-    room = closed_room(meshes, objects, sides)
-    drawn = _drawn_walls(meshes, objects, materials, sides)
+        return seen_from(surfaces, _toward(*front), fov_y, exposure)
+    sides = wall_sides(surfaces)
+    room = closed_room(surfaces, sides)
+    drawn = _drawn_walls(surfaces, sides)
     azimuth, elevation = _viewpoint(_coverage(sides), drawn)
-    camera = seen_from(meshes, objects, _toward(azimuth, elevation), fov_y, exposure)
+    camera = seen_from(surfaces, _toward(azimuth, elevation), fov_y, exposure)
     if room is None and int((_coverage(sides) >= _WALL_COVERAGE).sum()) == _ROOM_SIDES:
         # What looks open is not, where something sticks out of a wall.
-        room = interior_of(meshes, objects, main_part(meshes, objects))
+        room = interior_of(surfaces._replace(materials=()), main_part(surfaces))
         room = room if room is not None and room.hides_from(camera) else None
     if room is not None:
         return room.camera(fov_y, exposure)
     if _opening(_coverage(sides)) is not None:
         return camera
-    shell = shell_of(meshes, objects, main_part(meshes, objects), materials)
+    shell = interior_of(surfaces, main_part(surfaces), SHELL_TRIANGLES)
     if shell is None:
         return camera
     if shell.is_inside_out():
         return shell.wide_camera(fov_y, exposure) or camera
-    above = seen_from(meshes, objects, _toward(azimuth, _OVER_WALLS_DEGREES), fov_y, exposure)
+    above = seen_from(surfaces, _toward(azimuth, _OVER_WALLS_DEGREES), fov_y, exposure)
     return above if shell.shows_its_floor_to(above, camera) else camera
 
 
@@ -99,20 +88,12 @@ def _toward(azimuth: float, elevation: float) -> FloatArray:
     return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
 
 
-def seen_from(
-    meshes: Sequence[Mesh],
-    objects: Sequence[SceneObject],
-    toward: FloatArray,
-    fov_y: float,
-    exposure: float,
-) -> Camera:
+def seen_from(surfaces: Surfaces, toward: FloatArray, fov_y: float, exposure: float) -> Camera:
     """Return the nearest camera in the direction `toward` (3,) that sees the main part."""
-    return _around(_world_points(meshes, objects), toward, fov_y, exposure)
+    return _around(_world_points(surfaces), toward, fov_y, exposure)
 
 
-def parallel(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera, height: float | None
-) -> Camera:
+def parallel(surfaces: Surfaces, camera: Camera, height: float | None) -> Camera:
     """Return the camera with parallel rays, moved so that it sees the main part.
 
     Parameters
@@ -121,7 +102,7 @@ def parallel(
         What the picture shows, scene units; None: as much as is needed.
     """
     rotation = camera.view_from_world_rotation()
-    points = _world_points(meshes, objects)
+    points = _world_points(surfaces)
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     local = (points - middle) @ rotation.T
     low, high = local.min(axis=0), local.max(axis=0)
@@ -136,9 +117,7 @@ def parallel(
     )
 
 
-def _front_of_sheet(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject]
-) -> tuple[float, float] | None:
+def _front_of_sheet(surfaces: Surfaces) -> tuple[float, float] | None:
     """Return azimuth and elevation from which something flat and upright is seen well.
 
     None if the scene is not flat, or lies. The front is the one that the winding faces;
@@ -146,8 +125,8 @@ def _front_of_sheet(
     """
     total, area = np.zeros(3), 0.0
     squares = np.zeros((3, 3))
-    for item in objects:
-        mesh, linear = meshes[item.mesh], item.world_from_object[:, :3, :3]
+    for item in surfaces.objects:
+        mesh, linear = surfaces.mesh(item), item.world_from_object[:, :3, :3]
         scale = float(np.abs(mesh.bounds()).max()) or 1.0
         for span in spans(len(mesh.triangles)):
             corners = mesh.corners(span)
@@ -191,17 +170,12 @@ def _opening(coverage: FloatArray) -> int | None:
     return openings[0] if is_room else None
 
 
-def _drawn_walls(
-    meshes: Sequence[Mesh],
-    objects: Sequence[SceneObject],
-    materials: Sequence[Material],
-    sides: FloatArray,
-) -> FloatArray:
+def _drawn_walls(surfaces: Surfaces, sides: FloatArray) -> FloatArray:
     """Return the part of the coverage of the `sides` (2, 6) that is drawn from outside, (6,)."""
-    single = [item for item in objects if materials and materials[item.material].single_sided]
+    single = [item for item in surfaces.objects if surfaces.is_single_sided(item)]
     if not single:
         return _coverage(sides)
-    culled = wall_sides(meshes, single, main_part(meshes, objects))[1]
+    culled = wall_sides(surfaces._replace(objects=single), main_part(surfaces))[1]
     return _coverage(sides - [np.zeros(6), culled])
 
 
@@ -237,33 +211,31 @@ def _viewpoint(coverage: FloatArray, drawn: FloatArray) -> tuple[float, float]:
     return azimuth, 0.0 if is_roofed and walls[lateral].all() else ELEVATION_DEGREES
 
 
-def closed_room(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], sides: FloatArray
-) -> Interior | None:
+def closed_room(surfaces: Surfaces, sides: FloatArray) -> Interior | None:
     """Return the room that a scene is, if walls on all of its `sides` face inward."""
     outward, inward = sides
     lateral = list(_SIDE_AZIMUTHS)
     is_lined = inward >= np.maximum(_WALL_COVERAGE, _LINED * outward)
     if not (is_lined[lateral].all() and (_coverage(sides) >= _WALL_COVERAGE).all()):
         return None
-    return interior_of(meshes, objects, main_part(meshes, objects))
+    return interior_of(surfaces._replace(materials=()), main_part(surfaces))
 
 
-def is_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera) -> bool:
+def is_room(surfaces: Surfaces, camera: Camera) -> bool:
     """Return whether the camera sees the inside of a room, where no sky belongs.
 
     Walls then cover five sides of the bounding box, or all six around the camera: seen from
     outside that is a solid. Of a room that is no box they are all around the camera.
     """
-    part = main_part(meshes, objects)
+    part = main_part(surfaces)
     is_inside = bool(np.all((camera.position > part.low) & (camera.position < part.high)))
-    count = int((side_coverage(meshes, objects) >= _WALL_COVERAGE).sum())
+    count = int((side_coverage(surfaces) >= _WALL_COVERAGE).sum())
     if count == _ROOM_SIDES:
         return True
-    return is_inside and (count == 6 or room_around(meshes, objects, camera) is not None)
+    return is_inside and (count == 6 or room_around(surfaces, camera) is not None)
 
 
-def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+def side_coverage(surfaces: Surfaces) -> FloatArray:
     """Return how much of each side of the main part's box has a surface close to it.
 
     Returns
@@ -272,22 +244,20 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
         For the sides -x +x -y +y -z +z: area of the triangles that lie wholly within
         a twentieth of the box from the side, projected on it, over its area; at most 1.
     """
-    return _coverage(wall_sides(meshes, objects))
+    return _coverage(wall_sides(surfaces))
 
 
 def _coverage(sides: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(sides.sum(axis=0), 1.0))
 
 
-def wall_sides(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], part: MainPart | None = None
-) -> FloatArray:
+def wall_sides(surfaces: Surfaces, part: MainPart | None = None) -> FloatArray:
     """Return what `side_coverage` counts, of what faces out and in, (2, 6), without limit.
 
     Of the sides of `part`, or of the main part of the objects.
     """
-    boxes = instance_boxes(meshes, objects)
-    part = part or main_part(meshes, objects)
+    boxes = surfaces.boxes()
+    part = part or main_part(surfaces)
     low, high = part.low, part.high
     extent = high - low
     # Only instances that reach a side can cover it.
@@ -295,8 +265,8 @@ def wall_sides(
     reaches |= (boxes.max(axis=1) >= high - _WALL_DEPTH * extent).any(axis=1)
     covered = np.zeros((2, 6))
     first = 0
-    for item in objects:
-        mesh, count = meshes[item.mesh], len(item.world_from_object)
+    for item in surfaces.objects:
+        mesh, count = surfaces.mesh(item), len(item.world_from_object)
         matrices = item.world_from_object[reaches[first : first + count]]
         first += count
         at_once = max(_TRIANGLES_AT_ONCE // len(mesh.triangles), 1)
@@ -329,10 +299,10 @@ def _projected_area(
     return 0.5 * np.array([along[along > 0.0].sum(), -along[along < 0.0].sum()])
 
 
-def _world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+def _world_points(surfaces: Surfaces) -> FloatArray:
     """Return what a camera is to show: vertices in world space, or the corners of boxes."""
-    part = main_part(meshes, objects)
-    points = _all_points(meshes, objects)
+    part = main_part(surfaces)
+    points = _all_points(surfaces)
     if part.is_all:
         return points
     # What a box of many instances reaches beyond the main part is not shown.
@@ -341,14 +311,16 @@ def _world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
     return points[inside] if len(points) <= MAX_POINTS and inside.any() else corners
 
 
-def _all_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    total = sum(len(meshes[o.mesh].positions) * len(o.world_from_object) for o in objects)
+def _all_points(surfaces: Surfaces) -> FloatArray:
+    total = sum(
+        len(surfaces.mesh(o).positions) * len(o.world_from_object) for o in surfaces.objects
+    )
     if total > MAX_POINTS:
-        return instance_boxes(meshes, objects).reshape(-1, 3)
+        return surfaces.boxes().reshape(-1, 3)
     return np.concatenate(
         [
-            math3d.transform_points(matrix, meshes[item.mesh].positions)
-            for item in objects
+            math3d.transform_points(matrix, surfaces.mesh(item).positions)
+            for item in surfaces.objects
             for matrix in item.world_from_object
         ]
     )
@@ -371,9 +343,4 @@ def _around(points: FloatArray, toward: FloatArray, fov_y: float, exposure: floa
         distance = max(distance, 0.5 * (right + left) / slope)
     target = middle + rotation.T @ np.array([center[0], center[1], 0.0])
     position = target + rotation[2] * distance
-    return Camera(_tuple(position), _tuple(target), (0.0, 1.0, 0.0), fov_y, exposure)
-
-
-def _tuple(array: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in array)
-    return x, y, z
+    return Camera(math3d.vector(position), math3d.vector(target), (0.0, 1.0, 0.0), fov_y, exposure)

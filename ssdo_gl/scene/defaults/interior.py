@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +10,8 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, main_part, placed
+from ssdo_gl.scene.geometry import MainPart, Surfaces, main_part, placed
 from ssdo_gl.scene.lights import RectangleLight
-from ssdo_gl.scene.material import Material
 
 # What photographers of rooms use: 24 mm before 24 mm by 36 mm, 53 degrees high.
 ROOM_FOV_DEGREES = 53.0
@@ -36,7 +34,7 @@ _BACKS, _SIDES, _SLOPE = 0.7, 8, 0.3
 # It has a floor, so large a share of its plan; a body whose faces are wound inward has none.
 _LEAST_FLOOR = 0.3
 # Of more triangles the larger ones tell that.
-_SHELL_TRIANGLES = 1 << 13
+SHELL_TRIANGLES = 1 << 13
 # A room is hidden where half of what is seen from outside is a wall within this share of the
 # way through it; it is full where so many of its triangles are not of the walls.
 _NEAR_WALL, _FULL = 0.25, 0.9
@@ -278,27 +276,24 @@ class Interior:
 
 
 def interior_of(
-    meshes: Sequence[Mesh],
-    objects: Sequence[SceneObject],
-    part: MainPart,
-    materials: Sequence[Material] = (),
-    most: int = _MAX_TRIANGLES,
-    fewest: int = _FEWEST_TRIANGLES,
+    surfaces: Surfaces, part: MainPart, most: int = _MAX_TRIANGLES, fewest: int = _FEWEST_TRIANGLES
 ) -> Interior | None:
     """Return the room within walls that close `part`.
 
-    None if it has fewer triangles than `fewest` in it, or too many to look at. Without
-    `materials` all surfaces have two sides.
+    None if it has fewer triangles than `fewest` in it, or too many to look at.
     """
-    counts = [len(meshes[item.mesh].triangles) * len(item.world_from_object) for item in objects]
+    counts = [
+        len(surfaces.mesh(item).triangles) * len(item.world_from_object)
+        for item in surfaces.objects
+    ]
     if sum(counts) > _MOST_TRIANGLES:
         return None
     found = [
-        placed(meshes[item.mesh].corners(), item.world_from_object).reshape(-1, 3, 3)
-        for item in objects
+        placed(surfaces.mesh(item).corners(), item.world_from_object).reshape(-1, 3, 3)
+        for item in surfaces.objects
     ]
     corners = np.concatenate(found)
-    sided = [bool(materials) and materials[item.material].single_sided for item in objects]
+    sided = [surfaces.is_single_sided(item) for item in surfaces.objects]
     single_sided = np.repeat(sided, [len(triangles) for triangles in found])
     depth = 0.05 * (part.high - part.low)
     within = ((corners >= part.low - depth) & (corners <= part.high + depth)).all(axis=(1, 2))
@@ -321,25 +316,13 @@ def interior_of(
     )
 
 
-def shell_of(
-    meshes: Sequence[Mesh],
-    objects: Sequence[SceneObject],
-    part: MainPart,
-    materials: Sequence[Material],
-) -> Interior | None:
-    """Return `part` as a room of any plan, of so few triangles that it is soon looked at."""
-    return interior_of(meshes, objects, part, materials, _SHELL_TRIANGLES)
-
-
-def room_around(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera
-) -> Interior | None:
+def room_around(surfaces: Surfaces, camera: Camera) -> Interior | None:
     """Return the room that the camera stands in, where light from outside hardly comes in."""
-    part = main_part(meshes, objects)
+    part = main_part(surfaces)
     place = np.asarray(camera.position)
     if not ((place > part.low) & (place < part.high)).all():
         return None
-    room = interior_of(meshes, objects, part, fewest=0)
+    room = interior_of(surfaces._replace(materials=()), part, fewest=0)
     return room if room is not None and room.surrounds(place) else None
 
 

@@ -12,7 +12,6 @@ from ssdo_gl.scene.geometry.mesh import (
     SceneObject,
     are_mirrored,
     corners_within,
-    instance_boxes,
     placed,
 )
 from ssdo_gl.scene.geometry.shapes import (
@@ -26,4 +25,5 @@ from ssdo_gl.scene.geometry.shapes import (
     torus,
 )
 from ssdo_gl.scene.geometry.smoothing import smoothed
+from ssdo_gl.scene.geometry.surfaces import Surfaces
 from ssdo_gl.scene.geometry.topology import check_vertices, cleaned_mesh, joined_vertices

@@ -7,14 +7,14 @@ quad. Nothing is hidden here: cameras and lengths that nobody gave go by the mai
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
-from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject, instance_boxes, placed
+from ssdo_gl.scene.geometry.mesh import Mesh, placed
+from ssdo_gl.scene.geometry.surfaces import Surfaces
 
 # Something empty that is wider than this share of what is looked at parts it.
 _GAP = 0.2
@@ -93,17 +93,17 @@ class MainPart:
         return f"camera and radius go by the main part, without {named}" if named else ""
 
 
-def main_part(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> MainPart:
+def main_part(surfaces: Surfaces) -> MainPart:
     """Return the part of a scene that its default camera is to show.
 
     The box of everything, unless little of the scene is far from the rest of it, or the
     rest stands on a flat ground or in a dome that is far larger.
     """
-    boxes = instance_boxes(meshes, objects).reshape(-1, 3)
+    boxes = surfaces.boxes().reshape(-1, 3)
     everything = MainPart(boxes.min(axis=0), boxes.max(axis=0))
     if len(boxes) > 8 * _MAX_PIECES:
         return everything
-    pieces = _pieces(meshes, objects)
+    pieces = _pieces(surfaces)
     # No more than the range of lengths: those of 1e300 have no square.
     if len(pieces.area) < 2 or not np.isfinite(pieces.area.sum()) or not pieces.area.sum() > 0.0:
         return everything
@@ -127,7 +127,7 @@ def main_part(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> MainPar
         # Lamps set flush into a ceiling, say, are no more than a part of their room.
         if in_dome and (high - low).min() <= _FLATNESS * (high - low).max():
             continue
-        if in_dome and not _is_dome(meshes, objects, pieces, is_backdrop, 0.5 * (low + high)):
+        if in_dome and not _is_dome(surfaces, pieces, is_backdrop, 0.5 * (low + high)):
             continue
         strays = int(pieces.count[~is_main & ~is_backdrop].sum())
         if count or strays:
@@ -135,10 +135,10 @@ def main_part(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> MainPar
     return found
 
 
-def _pieces(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> _Pieces:
+def _pieces(surfaces: Surfaces) -> _Pieces:
     parts: list[tuple[FloatArray, ...]] = []
-    for index, item in enumerate(objects):
-        low, high, area, count = _pieces_of(meshes[item.mesh])
+    for index, item in enumerate(surfaces.objects):
+        low, high, area, count = _pieces_of(surfaces.mesh(item))
         corners = np.stack([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)])
         points = placed(corners, item.world_from_object)
         scale = np.abs(np.linalg.det(item.world_from_object[:, :3, :3])) ** (2.0 / 3.0)
@@ -229,21 +229,20 @@ def _is_under(pieces: _Pieces, low: FloatArray, high: FloatArray) -> NDArray[np.
 
 
 def _is_dome(
-    meshes: Sequence[Mesh],
-    objects: Sequence[SceneObject],
-    pieces: _Pieces,
-    is_backdrop: NDArray[np.bool_],
-    middle: FloatArray,
+    surfaces: Surfaces, pieces: _Pieces, is_backdrop: NDArray[np.bool_], middle: FloatArray
 ) -> bool:
     """Return whether the insides of what the pieces are of hide the sky from `middle`."""
     found = sorted(
         {(int(pieces.owner[i]), int(pieces.copy[i])) for i in np.flatnonzero(is_backdrop)}
     )
-    if sum(len(meshes[objects[owner].mesh].triangles) for owner, _ in found) > _MAX_DOME_TRIANGLES:
+    if (
+        sum(len(surfaces.mesh(surfaces.objects[owner]).triangles) for owner, _ in found)
+        > _MAX_DOME_TRIANGLES
+    ):
         return False
-    shells = [(meshes[objects[owner].mesh], owner, copy) for owner, copy in found]
+    shells = [(surfaces.mesh(surfaces.objects[owner]), owner, copy) for owner, copy in found]
     corners = np.concatenate(
-        [placed(m.corners(), objects[o].world_from_object[[c]])[0] for m, o, c in shells]
+        [placed(m.corners(), surfaces.objects[o].world_from_object[[c]])[0] for m, o, c in shells]
     )
     up = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
     turn = np.pi * (1.0 + 5.0**0.5) * np.arange(_DIRECTIONS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -289,16 +289,6 @@ def _numbers(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
         what = "whole numbers" if wanted is np.int64 else "numbers"
         raise SettingError(f"{name}: expected an array of {what}, got one {got}")
     return array.astype(wanted, copy=False)
-
-
-def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    """Return the corners of every instance's box in world space, shape (N, 8, 3)."""
-    boxes = [np.zeros((0, 8, 3))]
-    for item in objects:
-        low, high = meshes[item.mesh].bounds()
-        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
-        boxes.append(placed(corners, item.world_from_object))
-    return np.concatenate(boxes)
 
 
 def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.default_light import soft_light
 from ssdo_gl.scene.defaults.exposure import exposure_for
 from ssdo_gl.scene.defaults.framing import frame, side_coverage
-from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry import Surfaces, shapes
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 
@@ -46,7 +46,7 @@ def test_all_of_a_box_is_in_the_picture_and_fills_it(
     matrix = math3d.translation((3.0 * scale, -scale, 7.0 * scale)) @ math3d.scaling(
         np.multiply(size, scale)
     )
-    camera = frame([BOX], placed(matrix), fov, 0.0)
+    camera = frame(Surfaces([BOX], placed(matrix)), fov, 0.0)
     place = ndc(camera, math3d.transform_points(matrix, BOX.positions))
     assert np.abs(place).max() <= 1.0
     # The margin is 6 %, so the tighter direction uses most of the frame.
@@ -77,24 +77,24 @@ def room(open_side: int) -> list[SceneObject]:
 def test_a_room_is_looked_into_through_its_open_side(
     open_side: int, toward: tuple[int, int, int]
 ) -> None:
-    camera = frame([QUAD], room(open_side), 40.0, 0.0)
+    camera = frame(Surfaces([QUAD], room(open_side)), 40.0, 0.0)
     direction = math3d.normalized(np.subtract(camera.position, camera.target))
     assert direction == pytest.approx(toward, abs=1e-9)
 
 
 def test_coverage_counts_the_walls() -> None:
-    assert side_coverage([QUAD], room(5)) == pytest.approx([1, 1, 1, 1, 1, 0])
+    assert side_coverage(Surfaces([QUAD], room(5))) == pytest.approx([1, 1, 1, 1, 1, 0])
 
 
 def test_a_corner_is_seen_from_its_open_sides() -> None:
     # Walls at -x and -z, and a floor: the open octant is +x +y +z.
     walls = [room(9)[0].world_from_object[i] for i in (0, 2, 4)]
-    camera = frame([QUAD], placed(*walls), 40.0, 0.0)
+    camera = frame(Surfaces([QUAD], placed(*walls)), 40.0, 0.0)
     assert np.all(np.subtract(camera.position, camera.target) > 0.0)
 
 
 def test_a_solid_is_seen_at_three_quarters_from_above() -> None:
-    camera = frame([BOX], placed(np.eye(4)), 40.0, 1.5)
+    camera = frame(Surfaces([BOX], placed(np.eye(4))), 40.0, 1.5)
     x, y, z = math3d.normalized(np.subtract(camera.position, camera.target))
     assert z > x > 0.0
     assert y > 0.2
@@ -126,13 +126,13 @@ def storey(wall: float, *, table: float = 0.7, roof: bool = False) -> list[Scene
 def test_a_storey_without_a_roof_is_seen_over_its_walls(
     objects: list[SceneObject], is_high: bool
 ) -> None:
-    camera = frame([BOX], objects, 40.0, 0.0)
+    camera = frame(Surfaces([BOX], objects), 40.0, 0.0)
     _, y, _ = math3d.normalized(np.subtract(camera.position, camera.target))
     assert y == pytest.approx(math.sin(math.radians(55.0 if is_high else 20.0)))
 
 
 def test_a_flat_scene_is_framed_too() -> None:
-    camera = frame([QUAD], placed(np.eye(4)), 40.0, 0.0)
+    camera = frame(Surfaces([QUAD], placed(np.eye(4))), 40.0, 0.0)
     assert np.isfinite(camera.position).all()
     assert np.abs(ndc(camera, QUAD.positions)).max() <= 1.0
 
@@ -141,7 +141,7 @@ def test_many_instances_are_framed_by_their_boxes() -> None:
     sphere = shapes.sphere()
     offsets = np.linspace(0.0, 50.0, 120)
     matrices = [math3d.translation((x, 0.0, 0.0)) for x in offsets]
-    camera = frame([sphere], placed(*matrices), 40.0, 0.0)
+    camera = frame(Surfaces([sphere], placed(*matrices)), 40.0, 0.0)
     ends = np.concatenate([sphere.positions, sphere.positions + np.array([50.0, 0.0, 0.0])])
     assert np.abs(ndc(camera, ends)).max() <= 1.0
 
@@ -171,7 +171,7 @@ def test_exposure_brings_a_white_floor_to_its_target() -> None:
     light = DirectionalLight((0.0, 0.0, -1.0), (1.0, 1.0, 1.0))
     # Reflected 0.8 / pi; the exposure must bring it to 0.3, rounded to a tenth of an EV.
     expected = np.log2(0.3 * np.pi / 0.8)
-    assert exposure_for([QUAD], floor, [light]) == pytest.approx(expected, abs=0.05)
+    assert exposure_for(Surfaces([QUAD], floor), [light]) == pytest.approx(expected, abs=0.05)
 
 
 @pytest.mark.parametrize("factor", [1e-3, 64.0])
@@ -185,8 +185,10 @@ def test_exposure_undoes_the_strength_of_the_light(factor: float) -> None:
         PointLight((0.5, 0.5, 2.0), (factor,) * 3),
         RectangleLight((0, 0, 1), (0, 1, 0), (1, 0, 0), (factor,) * 3),
     ]
-    plain = exposure_for([QUAD], floor, lights)
-    assert exposure_for([QUAD], floor, strong) == pytest.approx(plain - np.log2(factor), abs=0.11)
+    plain = exposure_for(Surfaces([QUAD], floor), lights)
+    assert exposure_for(Surfaces([QUAD], floor), strong) == pytest.approx(
+        plain - np.log2(factor), abs=0.11
+    )
 
 
 @pytest.mark.parametrize(
@@ -202,12 +204,12 @@ def test_exposure_undoes_the_strength_of_the_light(factor: float) -> None:
 def test_exposure_of_lamps_alone_is_zero(light: Light) -> None:
     """Every surface glows: none is left whose brightness would say how to expose."""
     lamps = [dataclasses.replace(item, light=0) for item in placed(np.eye(4))]
-    assert exposure_for([QUAD], lamps, [light]) == 0.0
+    assert exposure_for(Surfaces([QUAD], lamps), [light]) == 0.0
 
 
 def test_exposure_of_an_unlit_scene_is_zero() -> None:
     floor = placed(np.eye(4))
-    assert exposure_for([QUAD], floor, []) == 0.0
+    assert exposure_for(Surfaces([QUAD], floor), []) == 0.0
     # A rectangle that shines the other way lights nothing.
     away = RectangleLight((0, 0, 1), (1, 0, 0), (0, 1, 0), (1.0, 1.0, 1.0))
-    assert exposure_for([QUAD], floor, [away]) == 0.0
+    assert exposure_for(Surfaces([QUAD], floor), [away]) == 0.0

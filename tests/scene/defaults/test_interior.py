@@ -14,7 +14,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import frame, room_around
 from ssdo_gl.scene.defaults.framing import closed_room, wall_sides
 from ssdo_gl.scene.formats import read_description
-from ssdo_gl.scene.geometry import Mesh, SceneObject, shapes
+from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces, shapes
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import load_scene
 
@@ -39,7 +39,7 @@ def room(table: tuple[float, float] = (0.6, 0.5)) -> list[SceneObject]:
 
 
 def in_picture(items: list[SceneObject], point: FloatArray) -> bool:
-    camera = frame(MESHES, items, 40.0, 0.0)
+    camera = frame(Surfaces(MESHES, items), 40.0, 0.0)
     local = (point - camera.position) @ camera.view_from_world_rotation().T
     x, y = camera.tan_half_fov(16.0 / 9.0)
     return bool(local[2] < 0.0 and abs(local[0]) < -x * local[2] and abs(local[1]) < -y * local[2])
@@ -48,7 +48,7 @@ def in_picture(items: list[SceneObject], point: FloatArray) -> bool:
 @pytest.mark.parametrize("table", [(0.6, 0.5), (3.4, 0.5), (0.6, 2.9), (3.4, 2.9)])
 def test_the_camera_stands_in_the_room_and_sees_what_is_in_it(table: tuple[float, float]) -> None:
     items = room(table)
-    camera = frame(MESHES, items, 40.0, 0.0)
+    camera = frame(Surfaces(MESHES, items), 40.0, 0.0)
     assert (np.array(camera.position) > 0.05 * SIZE).all()
     assert (np.array(camera.position) < 0.95 * SIZE).all()
     assert camera.position[1] == pytest.approx(camera.target[1])
@@ -56,13 +56,13 @@ def test_the_camera_stands_in_the_room_and_sees_what_is_in_it(table: tuple[float
 
 
 def is_closed(items: list[SceneObject]) -> bool:
-    return closed_room(MESHES, items, wall_sides(MESHES, items)) is not None
+    return closed_room(Surfaces(MESHES, items), wall_sides(Surfaces(MESHES, items))) is not None
 
 
 def test_bodies_are_seen_from_outside() -> None:
     body = [placed((0.0, 0.0, 0.0), tuple(SIZE)), *room()[1:]]
     assert not is_closed(body)
-    assert not (np.array(frame(MESHES, body, 40.0, 0.0).position) < SIZE).all()
+    assert not (np.array(frame(Surfaces(MESHES, body), 40.0, 0.0).position) < SIZE).all()
     # A house has walls of two sides.
     assert not is_closed([*body, *room()])
     # There is nothing to see in an empty box.
@@ -79,27 +79,27 @@ def test_a_full_room_is_stood_in_where_something_sticks_out_of_a_wall() -> None:
     ]
     bare, full = [*walls, sill], [*walls, sill, *things * 8]
     for items, is_within in ((bare, False), (full, True)):
-        place = np.array(frame(MESHES, items, 40.0, 0.0).position)
+        place = np.array(frame(Surfaces(MESHES, items), 40.0, 0.0).position)
         assert bool(((place > 0.0) & (place < SIZE)).all()) is is_within
     # Without that wall one looks into it from there.
     open_side = [placed((-0.1, y, -0.1), (6.0, y + 0.01, 4.1)) for y in (-0.1, 2.7)]
     open_side += [placed((-0.1, -0.1, z), (6.0, 2.7, z + 0.01)) for z in (-0.1, 4.1)]
     open_side += [placed((-0.1, -0.1, -0.1), (-0.09, 2.7, 4.1)), *things * 8]
-    assert frame(MESHES, open_side, 40.0, 0.0).position[0] > 6.0
+    assert frame(Surfaces(MESHES, open_side), 40.0, 0.0).position[0] > 6.0
 
 
 def test_walls_all_around_a_camera_keep_light_out_however_they_face() -> None:
     house = [placed((-0.1, -0.1, -0.1), tuple(SIZE + 0.1)), *room()]
     middle = Camera((2.5, 1.3, 2.6), (2.5, 1.3, 0.0))
-    assert room_around(MESHES, house, middle) is not None
-    assert room_around(MESHES, house[:1], middle) is not None, "an empty one is as dark"
+    assert room_around(Surfaces(MESHES, house), middle) is not None
+    assert room_around(Surfaces(MESHES, house[:1]), middle) is not None, "an empty one is as dark"
     outside = Camera((2.5, 1.3, 9.0), (2.5, 1.3, 0.0))
-    assert room_around(MESHES, house, outside) is None
+    assert room_around(Surfaces(MESHES, house), outside) is None
     # Four walls and a floor: the sky comes in.
     thin = [placed((x, 0.0, 0.0), (x + 0.01, 2.6, 4.0)) for x in (0.0, 5.0)]
     thin += [placed((0.0, 0.0, z), (5.0, 2.6, z + 0.01)) for z in (0.0, 4.0)]
     floor = placed((0.0, 0.0, 0.0), (5.0, 0.01, 4.0))
-    assert room_around(MESHES, [*thin, floor, *room()[1:]], middle) is None
+    assert room_around(Surfaces(MESHES, [*thin, floor, *room()[1:]]), middle) is None
 
 
 def write_room(path: Path) -> Path:

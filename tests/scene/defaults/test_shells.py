@@ -10,7 +10,7 @@ import pytest
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import frame, is_room
-from ssdo_gl.scene.geometry import Mesh, SceneObject, shapes
+from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces, shapes
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 
@@ -61,7 +61,7 @@ def is_within(camera: Camera) -> bool:
 
 
 def test_the_camera_stands_in_an_angled_room_and_sees_what_is_in_it() -> None:
-    camera = frame(INWARD, OBJECTS, 40.0, 1.5, [TWO_SIDED])
+    camera = frame(Surfaces(INWARD, OBJECTS, [TWO_SIDED]), 40.0, 1.5)
     assert is_within(camera)
     assert camera.position[1] == pytest.approx(camera.target[1])
     assert camera.exposure == 1.5
@@ -69,14 +69,14 @@ def test_the_camera_stands_in_an_angled_room_and_sees_what_is_in_it() -> None:
     x, y = camera.tan_half_fov(16.0 / 9.0)
     assert abs(local[0]) < -x * local[2]
     assert abs(local[1]) < -y * local[2]
-    assert is_room(INWARD, OBJECTS, camera)
+    assert is_room(Surfaces(INWARD, OBJECTS), camera)
 
 
 def test_it_is_seen_from_outside_where_its_backs_are_not_drawn() -> None:
     """A doll's house: one looks in through the walls that face away."""
-    camera = frame(INWARD, OBJECTS, 40.0, 0.0, [SINGLE_SIDED])
+    camera = frame(Surfaces(INWARD, OBJECTS, [SINGLE_SIDED]), 40.0, 0.0)
     assert not is_within(camera)
-    assert not is_room(INWARD, OBJECTS, camera)
+    assert not is_room(Surfaces(INWARD, OBJECTS), camera)
 
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
@@ -105,7 +105,7 @@ def box_room(outward: set[str]) -> list[Mesh]:
 )
 def test_one_looks_through_walls_that_are_not_drawn(outward: set[str], facing: set[str]) -> None:
     """Walls wound at random: from the sides whose backs show, level below a roof that shows."""
-    camera = frame(box_room(outward), OBJECTS, 40.0, 0.0, [SINGLE_SIDED])
+    camera = frame(Surfaces(box_room(outward), OBJECTS, [SINGLE_SIDED]), 40.0, 0.0)
     toward = np.subtract(camera.position, camera.target)
     towards = {f"{'-+'[int(toward[axis] > 0.0)]}{name}" for axis, name in ((0, "x"), (2, "z"))}
     assert towards == facing
@@ -113,10 +113,10 @@ def test_one_looks_through_walls_that_are_not_drawn(outward: set[str], facing: s
 
 
 def test_a_house_of_that_plan_is_seen_from_outside() -> None:
-    assert not is_within(frame(OUTWARD, OBJECTS, 40.0, 0.0, [TWO_SIDED]))
+    assert not is_within(frame(Surfaces(OUTWARD, OBJECTS, [TWO_SIDED]), 40.0, 0.0))
     both = [*OBJECTS, SceneObject(2, 0, np.eye(4)[None])]
     walls = [*INWARD, mesh_of(1.01 * shell()[:, ::-1] - [0.03, 0.01, 0.03])]
-    assert not is_within(frame(walls, both, 40.0, 0.0, [TWO_SIDED]))
+    assert not is_within(frame(Surfaces(walls, both, [TWO_SIDED]), 40.0, 0.0))
 
 
 @pytest.mark.parametrize("depth", [2.0, 5.0])
@@ -128,16 +128,16 @@ def test_a_box_with_one_open_side_is_looked_into_through_that(depth: float) -> N
     inside_out = places[box.triangles[:, ::-1]]
     walls = inside_out[~(inside_out[..., 2] == depth).all(axis=1)]
     things = np.concatenate([place + table() * [1.0, 1.0, 0.5] for place in (0.0, [-3.5, 0, 0])])
-    camera = frame([mesh_of(walls), mesh_of(things)], OBJECTS, 40.0, 0.0, [TWO_SIDED])
+    camera = frame(Surfaces([mesh_of(walls), mesh_of(things)], OBJECTS, [TWO_SIDED]), 40.0, 0.0)
     assert camera.position[2] > depth
 
 
 def test_an_empty_one_and_an_open_bowl_are_seen_from_outside() -> None:
-    assert not is_within(frame(INWARD[:1], OBJECTS[:1], 40.0, 0.0, [TWO_SIDED]))
+    assert not is_within(frame(Surfaces(INWARD[:1], OBJECTS[:1], [TWO_SIDED]), 40.0, 0.0))
     ball = shapes.sphere(16)
     lower = ball.triangles[(ball.positions[ball.triangles][..., 1] <= 1e-9).all(axis=1), ::-1]
     pea = Mesh(0.2 * ball.positions - [0.0, 0.5, 0.0], ball.triangles)
-    camera = frame([Mesh(ball.positions, lower), pea], OBJECTS, 40.0, 0.0, [TWO_SIDED])
+    camera = frame(Surfaces([Mesh(ball.positions, lower), pea], OBJECTS, [TWO_SIDED]), 40.0, 0.0)
     assert np.linalg.norm(camera.position) > 1.5
 
 
@@ -146,7 +146,7 @@ def test_a_body_that_is_wound_inward_is_seen_from_outside() -> None:
     ball, stick = shapes.sphere(16), shapes.cylinder(16)
     pole = Mesh(stick.positions * [0.2, 1.0, 0.2] - [0.0, 1.5, 0.0], stick.triangles[:, ::-1])
     meshes = [Mesh(ball.positions, ball.triangles[:, ::-1]), pole]
-    camera = frame(meshes, OBJECTS, 40.0, 0.0, [TWO_SIDED])
+    camera = frame(Surfaces(meshes, OBJECTS, [TWO_SIDED]), 40.0, 0.0)
     assert np.linalg.norm(camera.position) > 1.5
 
 

@@ -15,7 +15,7 @@ from PIL import Image
 import ssdo_gl
 from ssdo_gl import math3d
 from ssdo_gl.scene.defaults.framing import frame
-from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry import Surfaces, shapes
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
@@ -25,7 +25,7 @@ QUAD, BOX = shapes.quad(), shapes.box()
 
 def degrees_off(front: tuple[float, float, float], matrix: NDArray[np.float64]) -> float:
     """Return the angle between a sheet's front and the way to the camera."""
-    camera = frame([QUAD], [SceneObject(0, 0, matrix[None])], 40.0, 0.0)
+    camera = frame(Surfaces([QUAD], [SceneObject(0, 0, matrix[None])]), 40.0, 0.0)
     toward = math3d.normalized(np.subtract(camera.position, camera.target))
     return float(np.degrees(np.arccos(np.clip(toward @ math3d.normalized(front), -1.0, 1.0))))
 
@@ -42,14 +42,14 @@ def test_a_poster_is_seen_from_its_front(turn: float, scale: float) -> None:
 
 def test_a_thin_board_is_seen_from_plus_z() -> None:
     for size in ((4.0, 3.0, 0.05), (0.05, 3.0, 4.0)):
-        camera = frame([BOX], [SceneObject(0, 0, math3d.scaling(size)[None])], 40.0, 0.0)
+        camera = frame(Surfaces([BOX], [SceneObject(0, 0, math3d.scaling(size)[None])]), 40.0, 0.0)
         toward = math3d.normalized(np.subtract(camera.position, camera.target))
         assert toward[int(np.argmin(size))] > 0.75
 
 
 def test_a_floor_is_still_seen_from_above() -> None:
     lying = math3d.rotation_euler((-90.0, 0.0, 0.0))
-    camera = frame([QUAD], [SceneObject(0, 0, lying[None])], 40.0, 0.0)
+    camera = frame(Surfaces([QUAD], [SceneObject(0, 0, lying[None])]), 40.0, 0.0)
     assert camera.position[1] > camera.target[1]
 
 

@@ -20,7 +20,7 @@ from ssdo_gl.scene.formats.model import Model, some_names
 from ssdo_gl.scene.formats.obj.mtl import MtlMaterial, material_called, read_libraries
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
-from ssdo_gl.scene.geometry import Mesh, SceneObject
+from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import SceneError
 
@@ -95,7 +95,9 @@ def read_obj(path: Path, where: str) -> Model:
         if not model.objects:
             raise SceneError(f"{where}: holds no triangle with an area, only {listed}")
         model.note(f"not drawn: {listed}")
-    for index, turned, note in turned_to_scene(model.meshes, model.materials, model.objects):
+    for index, turned, note in turned_to_scene(
+        Surfaces(model.meshes, model.objects, model.materials)
+    ):
         model.meshes[index] = turned
         model.note(note)
     return model
