@@ -9,9 +9,9 @@ from typing import Concatenate, ParamSpec, Protocol
 import glfw
 
 from ssdo_gl.window.actions import Host, perform
-from ssdo_gl.window.divider import DividerGrip
 from ssdo_gl.window.input import Action, Command, InputMap
 from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.views import divider_hit
 
 PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
 _Event = ParamSpec("_Event")
@@ -75,7 +75,7 @@ class Events:
         self._viewer = viewer
         self._input = input_map
         self._host = host
-        self._divider = DividerGrip(viewer)
+        self._holds_divider = False
 
     @property
     def is_ready(self) -> bool:
@@ -142,8 +142,9 @@ class Events:
                 return
         if button == glfw.MOUSE_BUTTON_LEFT:
             x, width = self._input.cursor_px[0], self._window.size[0]
-            self._divider.press(action == glfw.PRESS, x, width)
-        if not self._divider.is_held:
+            presses = action == glfw.PRESS
+            self._holds_divider = presses and divider_hit(self._viewer.view, x, width)
+        if not self._holds_divider:
             self._perform_later(self._input.button(button, action))
 
     @_in_order
@@ -157,7 +158,9 @@ class Events:
                 self._host.overlay.cursor_left()
             else:
                 self._host.overlay.cursor(x, y)
-        self._divider.drag(x, self._window.size[0])
+        if self._holds_divider:
+            share = x / max(1, self._window.size[0])
+            self._viewer.view = self._viewer.view.with_divider(share)
 
     @_in_order
     def on_scroll(self, x: float, y: float) -> None:
@@ -177,7 +180,7 @@ class Events:
         self.panel_frames = PANEL_FRAMES
         if not has_focus:
             self._input.focus_lost()
-            self._divider.let_go()
+            self._holds_divider = False
         if self._host.overlay is not None:
             self._host.overlay.focus(has_focus)
 
