@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from ssdo_gl.dispatch import carry_out, check_flags_used
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.images.files import STDOUT, check_output, image_paths
-from ssdo_gl.printable import printable
 from ssdo_gl.process import (
     EXIT_INTERRUPTED,
     EXIT_NO_OPENGL,
@@ -38,6 +37,7 @@ from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, settings_for
 from ssdo_gl.settings.several_scenes import one_by_one
 from ssdo_gl.user_error import UserError
+from ssdo_gl.wording import printable
 
 if TYPE_CHECKING:
     from ssdo_gl.gpu.warm_device import WarmDevice

@@ -17,7 +17,7 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, shown
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.settings.resolve import settings_for
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 
 def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ from ssdo_gl.scene.camera import CONVENTIONS, Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.settings.fields import values
-from ssdo_gl.short_repr import described
+from ssdo_gl.wording import described
 
 
 class PassReport(NamedTuple):

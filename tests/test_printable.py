@@ -13,7 +13,7 @@ import pytest
 from ssdo_gl import cli
 from ssdo_gl.images import files
 from ssdo_gl.images.files import OutputError, exr_bytes
-from ssdo_gl.printable import printable
+from ssdo_gl.wording import printable
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.preset_files import read_preset
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 # What a rung decides; everything else is the user's.
 FIELDS = ("estimator", "samples", "steps", "resolution_scale", "filter")

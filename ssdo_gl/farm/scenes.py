@@ -15,7 +15,6 @@ from pathlib import Path
 from ssdo_gl.farm.scheduler import mapped
 from ssdo_gl.gpu.warm_device import WarmDevice
 from ssdo_gl.headless.progress import progress_on_terminal
-from ssdo_gl.printable import printable
 from ssdo_gl.process import (
     EXIT_INTERRUPTED,
     EXIT_MISSED,
@@ -25,8 +24,8 @@ from ssdo_gl.process import (
 )
 from ssdo_gl.settings.flags import CommandLine
 from ssdo_gl.settings.several_scenes import files_of
-from ssdo_gl.short_repr import counted
 from ssdo_gl.whole_files import has_data
+from ssdo_gl.wording import counted, printable
 
 # Carries a command out, on a device that may have drawn others before.
 Work = Callable[[CommandLine, WarmDevice], int]

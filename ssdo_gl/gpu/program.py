@@ -15,7 +15,7 @@ from ssdo_gl.gpu.linking import link_compute, link_stages
 from ssdo_gl.gpu.shader_source import FlatSource, ShaderError, UniformDeclaration
 from ssdo_gl.gpu.software import with_flat_uniforms, with_image_reads
 from ssdo_gl.gpu.uniform import UniformSlot
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 # How both stages become a compute shader; None: they do not, but are rasterized.
 Translation = Callable[[FlatSource, FlatSource], FlatSource | None]

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 ReadText = Callable[[str], str]
 

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ssdo_gl.printable import printable
 from ssdo_gl.scene.formats import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.flags import STREAM
 from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.wording import printable
 
 # Files from here on take seconds.
 LARGE_FILE = 20_000_000

@@ -30,7 +30,6 @@ from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.image_requests import images_of_other_methods
 from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
 from ssdo_gl.images.saving import image_files
-from ssdo_gl.printable import printable
 from ssdo_gl.process import check_said
 from ssdo_gl.render_result import RenderResult, camera_numbers
 from ssdo_gl.renderer import Renderer
@@ -38,6 +37,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
+from ssdo_gl.wording import printable
 
 _BLACK = (
     "the picture is black: {dark}the camera sees nothing that light reaches"

@@ -23,7 +23,7 @@ from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.settings.settings import LONGEST, SHORTEST
-from ssdo_gl.short_repr import counted
+from ssdo_gl.wording import counted
 
 # Each light is drawn into a shadow map of its own: some milliseconds a light.
 MAX_LIGHTS = 1024

@@ -23,7 +23,7 @@ from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.type_checks import a_type, check_type
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import LoadOptions
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 # What messages call a scene that is in no file.
 SOURCE = "scene"

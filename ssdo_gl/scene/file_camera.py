@@ -9,7 +9,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.loading import FIT
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 
 @dataclass(frozen=True, eq=False)

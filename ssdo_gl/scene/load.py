@@ -24,7 +24,7 @@ from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.type_checks import check_type
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 
 def load_scene(source: str | Path, options: LoadOptions | None = None, **choices: Any) -> Scene:

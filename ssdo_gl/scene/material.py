@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.scene.numbers import check_number, light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.short_repr import chosen_fields, described
+from ssdo_gl.wording import chosen_fields, described
 
 Color = tuple[float, float, float]
 Wrap = Literal["repeat", "clamp"]

@@ -18,8 +18,8 @@ from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.loading import USUAL, LoadOptions
-from ssdo_gl.short_repr import counted, described, with_article
 from ssdo_gl.user_error import UserError
+from ssdo_gl.wording import counted, described, with_article
 
 
 class SceneError(UserError, ValueError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.short_repr import with_article
+from ssdo_gl.wording import with_article
 
 
 def check_type(

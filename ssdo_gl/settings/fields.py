@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from ssdo_gl.suggestion import suggestion
 from ssdo_gl.user_error import UserError
+from ssdo_gl.wording import suggestion
 
 Choices = tuple[str | float, ...]
 COLOR_CODE = "#[0-9a-fA-F]{6}"

@@ -42,7 +42,7 @@ from ssdo_gl.settings.run_options import (
     ServeOptions,
 )
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 DEFAULT_SCENE = "cornell_meso"
 # As a scene: standard input; as an output: standard output.

@@ -23,7 +23,7 @@ from ssdo_gl.settings.fields import (
     shown,
 )
 from ssdo_gl.settings.settings import LOOK
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 # The value of --camera that frames the whole scene.
 FIT = "fit"

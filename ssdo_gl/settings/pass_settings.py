@@ -16,7 +16,7 @@ from ssdo_gl.settings.fields import (
     parse,
     shown,
 )
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 
 def passes_without_settings() -> frozenset[str]:

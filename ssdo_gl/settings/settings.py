@@ -23,7 +23,7 @@ from ssdo_gl.settings.fields import (
     documented,
     setting,
 )
-from ssdo_gl.short_repr import described
+from ssdo_gl.wording import described
 
 Combine = Literal["ambient", "multiply", "report"]
 COMBINES: tuple[str, ...] = typing.get_args(Combine)

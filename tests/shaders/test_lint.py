@@ -21,7 +21,7 @@ import pytest
 from ssdo_gl import resources
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.compute import compute_source, kernel_source, visible_surface_source
-from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
+from ssdo_gl.gpu.shader import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
     ShaderError,

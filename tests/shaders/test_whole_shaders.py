@@ -11,8 +11,7 @@ from shaders.harness import evaluate
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry import IMAGE_NAMES, Features
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
-from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
-from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.graph.frame import FrameView, depth_uniforms, wide_depth_range
 
 TAN = (0.8, 0.6)
 

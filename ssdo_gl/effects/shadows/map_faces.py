@@ -12,7 +12,7 @@ from ssdo_gl import math3d
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.gpu.geometry import CameraPose, Features
 from ssdo_gl.gpu.program import Program
-from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
+from ssdo_gl.graph.frame import depth_uniforms, far_plane, wide_depth_range
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.light_bodies import parts_of_bodies

@@ -15,7 +15,7 @@ from ssdo_gl.scene.numbers import finite
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.settings import LONGEST
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 
 class Table:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from ssdo_gl.scene.geometry.array_spans import SPAN, spans
 from ssdo_gl.scene.geometry.batching import batched
 from ssdo_gl.scene.geometry.flattened import thickened, with_area
 from ssdo_gl.scene.geometry.main_parts import MainPart, main_part
 from ssdo_gl.scene.geometry.mesh import (
     MAX_INSTANCES,
+    SPAN,
     Mesh,
     SceneObject,
     are_mirrored,
     corners_within,
     placed,
+    spans,
 )
 from ssdo_gl.scene.geometry.shapes import (
     SEGMENTS,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
-from ssdo_gl.scene.geometry.array_spans import spans
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.numbers import check_index
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.short_repr import counted, described
+from ssdo_gl.wording import counted, described
 
+SPAN = 1 << 14
 # Of one object; their matrices alone fill 128 MiB.
 MAX_INSTANCES = 1 << 20
 # How many numbers a vertex has in each array of a mesh.
@@ -289,6 +289,15 @@ def _numbers(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
         what = "whole numbers" if wanted is np.int64 else "numbers"
         raise SettingError(f"{name}: expected an array of {what}, got one {got}")
     return array.astype(wanted, copy=False)
+
+
+def spans(count: int, length: int = SPAN) -> Iterator[slice]:
+    """Yield slices of at most `length` that cover `count` rows, in order.
+
+    Temporaries that fit into a cache take no memory, nor time.
+    """
+    for start in range(0, count, length):
+        yield slice(start, min(start + length, count))
 
 
 def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:

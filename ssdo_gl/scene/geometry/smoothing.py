@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
-from ssdo_gl.scene.geometry.array_spans import spans
-from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh, spans
 from ssdo_gl.scene.geometry.topology import joined_vertices
 
 # Where more triangles meet in one vertex, and not smoothly, they keep their own normals.

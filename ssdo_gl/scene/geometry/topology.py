@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FLAT_SINE, FloatArray, largest_of_rows, lengths_of_rows
-from ssdo_gl.scene.geometry.array_spans import spans
-from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh, spans
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 
 

@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from ssdo_gl.gpu.texture import read_texture
-from ssdo_gl.window.panel.histogram import radiance_histogram
+from ssdo_gl.images.color import LUMINANCE
 from ssdo_gl.window.panel.pareto_chart import ChartPoint, chart_points, log_position
 from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer
@@ -20,6 +20,10 @@ from ssdo_gl.window.views import METHOD_LABELS
 # Five seconds at 60 Hz: long enough to see a level change and its reason go by.
 PLOT_FRAMES = 300
 _PLOT_HEIGHT = 52.0
+# Of the histogram: stops relative to radiance 1, white at exposure 0, from what no display tells
+# from black to a bright lamp.
+STOPS = (-10.0, 6.0)
+BINS_PER_STOP = 4
 # Dark enough for the white text on it.
 _BAR = imgui.ImVec4(0.20, 0.42, 0.62, 1.0)
 
@@ -179,3 +183,27 @@ def _draw_chart(
     text = f"{time_range[0]:.0f} to {time_range[1]:.0f} ms,  "
     text += f"error {error_range[0]:.1%} to {error_range[1]:.1%}"
     imgui.text_disabled(text)
+
+
+def radiance_histogram(beauty: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the share of covered pixels in each bin of log2 luminance.
+
+    Parameters
+    ----------
+    beauty : ndarray, shape (height, width, 4)
+        Scene-linear, coverage in the fourth channel.
+
+    Returns
+    -------
+    ndarray, shape (STOPS range * BINS_PER_STOP,)
+        Sums to 1; what is darker or brighter counts in the first or last bin, what is
+        not finite nowhere. Zeros if nothing is covered.
+    """
+    count = int((STOPS[1] - STOPS[0]) * BINS_PER_STOP)
+    luminance = beauty[beauty[:, :, 3] > 0.0][:, :3].astype(np.float64) @ LUMINANCE
+    luminance = luminance[np.isfinite(luminance)]
+    if luminance.size == 0:
+        return np.zeros(count)
+    stops = np.log2(np.maximum(luminance, 2.0 ** STOPS[0]))
+    bins = np.clip(((stops - STOPS[0]) * BINS_PER_STOP).astype(int), 0, count - 1)
+    return np.asarray(np.bincount(bins, minlength=count) / luminance.size)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import struct
 from pathlib import Path
 from typing import Any
 
 from ssdo_gl import __version__
-from ssdo_gl.images.files import OutputError
+from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.process import home_folder
 from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.load import builtin_names
@@ -15,10 +16,14 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import values
 from ssdo_gl.window.live import REFINE_FRAMES
-from ssdo_gl.window.saving.model_copy import copy_of, is_in_one_file
 from ssdo_gl.window.saving.scene_files import base_name, render_table, scene_text, write_scene
 from ssdo_gl.window.saving.screenshot import free_stem
 from ssdo_gl.window.viewer import Viewer
+
+# Formats that name no other file.
+_WHOLE = (".ply", ".stl", ".off")
+# Of a .glb: before its JSON, whose length is the fourth number.
+_HEADER = struct.Struct("<5I")
 
 
 def settings_shown(viewer: Viewer) -> Settings:
@@ -141,3 +146,36 @@ def picture_meta(viewer: Viewer, scene: Path | None) -> dict[str, Any]:
             name: side.image.sample_count for name, side in sides.items() if side is not None
         },
     }
+
+
+def is_in_one_file(path: Path) -> bool:
+    """Return whether a model needs no other file."""
+    if path.suffix.lower() in _WHOLE:
+        return True
+    if path.suffix.lower() != ".glb":
+        return False
+    try:
+        with path.open("rb") as file:
+            length = _HEADER.unpack(file.read(_HEADER.size))[3]
+            return b'"uri"' not in file.read(length)
+    except (OSError, struct.error):
+        return False
+
+
+def copy_of(path: Path, folder: Path) -> Path:
+    """Return a copy of `path` in `folder`, the one that is there already, or one that is made.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made, or another file has its name.
+    """
+    copy = folder / path.name
+    try:
+        data = path.read_bytes()
+        if copy.exists() and copy.read_bytes() != data:
+            raise OutputError(f"{copy}: is another file")
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be copied: {error.strerror}") from None
+    write_atomically(copy, data)
+    return copy

@@ -11,8 +11,7 @@ import pytest
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import mesh as mesh_module
 from ssdo_gl.scene.geometry import shapes, smoothing
-from ssdo_gl.scene.geometry.array_spans import spans
-from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh, spans
 from ssdo_gl.scene.geometry.smoothing import smoothed
 
 

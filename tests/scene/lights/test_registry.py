@@ -12,7 +12,7 @@ import pytest
 from scene_text import body, camera, light, material
 
 from ssdo_gl import resources
-from ssdo_gl.gpu.light_kinds import light_kinds_source
+from ssdo_gl.gpu.shader import light_kinds_source
 from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene import lights

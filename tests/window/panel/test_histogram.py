@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.window.panel.histogram import BINS_PER_STOP, STOPS, radiance_histogram
+from ssdo_gl.window.panel.reports import BINS_PER_STOP, STOPS, radiance_histogram
 
 pytest.importorskip("imgui_bundle")
 

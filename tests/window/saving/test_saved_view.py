@@ -25,7 +25,7 @@ from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.input.bindings import Command
 from ssdo_gl.window.opening.opened import open_file
 from ssdo_gl.window.saving import saved_view
-from ssdo_gl.window.saving.model_copy import is_in_one_file
+from ssdo_gl.window.saving.saved_view import is_in_one_file
 from ssdo_gl.window.saving.scene_files import write_scene
 from ssdo_gl.window.viewer import Viewer
 

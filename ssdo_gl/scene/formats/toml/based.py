@@ -37,7 +37,7 @@ from ssdo_gl.scene.material_edits import (
 )
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.loading import LoadOptions
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import suggestion
 
 # What such a scene may hold; lights are added, objects and materials are those of its base.
 BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit", "light")

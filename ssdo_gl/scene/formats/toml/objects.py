@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, vector
-from ssdo_gl.printable import printable
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats import read_model
@@ -23,7 +22,7 @@ from ssdo_gl.scene.geometry import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.motion import Carried, Motion
-from ssdo_gl.suggestion import suggestion
+from ssdo_gl.wording import printable, suggestion
 
 _COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
 # Each of them is an object of its own.
