@@ -137,17 +137,22 @@ def _tuned(
             raise UsageError(
                 f"{flag} has no effect with --budget-ms or --max-error: they choose it"
             )
-    shared: dict[str, Any] = {
-        "camera": camera,
-        "backend": run.backend,
-        "recalibrate": run.recalibrate,
-    }
     if run.budget_ms is not None:
-        choice = choose_for_budget(scene, settings, run.budget_ms, **shared)
+        choice = choose_for_budget(
+            scene, settings, run.budget_ms, camera=camera, backend=run.backend
+        )
     else:
         assert settings.max_error is not None
-        shared |= {"against": run.error_reference, "allow_rays": run.snapshot is not None}
-        choice = choose_for_error(scene, settings, settings.max_error, **shared)
+        choice = choose_for_error(
+            scene,
+            settings,
+            settings.max_error,
+            against=run.error_reference,
+            camera=camera,
+            backend=run.backend,
+            allow_rays=run.snapshot is not None,
+            recalibrate=run.recalibrate,
+        )
     if not choice.holds:
         print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)
     elif not run.quiet:

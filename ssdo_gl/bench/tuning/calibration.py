@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.bench.measure import BenchRenderer, fingerprint, load_average
+from ssdo_gl.bench.measure import BenchRenderer
 from ssdo_gl.bench.storage import (
     BenchError,
     read_json,
@@ -21,14 +21,13 @@ from ssdo_gl.bench.storage import (
     usual_folder,
 )
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.planning.content import analyse
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 # What is said to be measured again next time, where the cache cannot be written.
-_WHAT = "measured times and errors"
+_WHAT = "measured errors"
 
 
 @dataclass
@@ -61,64 +60,34 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """Numbers that were measured in one sitting: by what name, when and at what load.
+    """Numbers that were measured in one sitting: by what name, and when.
 
     Attributes
     ----------
     values : dict of str to float
-        Milliseconds or errors by a rung's label; positive.
-    load : float or None
-        How many processes wanted a core; None where the system does not say.
+        Errors by a rung's label; positive.
     """
 
     values: dict[str, float]
     date: str
-    load: float | None
 
     @staticmethod
     def now(values: Mapping[str, float]) -> Calibrated:
         """Return what has been measured just now."""
-        return Calibrated(dict(values), time.strftime("%Y-%m-%d %H:%M"), load_average())
+        return Calibrated(dict(values), time.strftime("%Y-%m-%d %H:%M"))
 
     @staticmethod
     def read(content: Mapping[str, Any]) -> Calibrated | None:
         """Return what `Calibration.load` found; None for anything but whole measurements."""
-        values, date, load = (content.get(name) for name in ("values", "date", "load"))
+        values, date = content.get("values"), content.get("date")
         numbers = list(values.values()) if isinstance(values, dict) else []
         if not numbers or not all(_is_number(n) and n > 0.0 for n in numbers):
             return None
-        if not isinstance(date, str) or not (load is None or _is_number(load)):
-            return None
-        return Calibrated(dict(content["values"]), date, load)
-
-    @property
-    def when(self) -> str:
-        """Date and load as a person reads them."""
-        return self.date if self.load is None else f"{self.date} at load {self.load:.1f}"
+        return Calibrated(dict(content["values"]), date) if isinstance(date, str) else None
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and math.isfinite(value) and not isinstance(value, bool)
-
-
-def scene_class(scene: Scene, settings: Settings) -> str:
-    """Return what a calibrated time depends on besides the machine and the rung.
-
-    Scenes of one class have the same kinds of content, the same passes, size and
-    shadows, as many lights, and the same number of triangles and radius to a factor of
-    two. The first frame of a chosen setting is checked anyway.
-    """
-    content = dataclasses.asdict(analyse(scene))
-    low, high = scene.bounds()
-    extent = float(((high - low) ** 2).sum()) ** 0.5
-    radius = settings.radius or scene.default_radius()
-    relative = radius / extent if extent > 0.0 and math.isfinite(radius) else 0.0
-    octaves = [
-        round(math.log2(v)) if v > 0.0 else -99 for v in (float(scene.triangle_count), relative)
-    ]
-    names = ("method", "size", "shadows", "combine", "effects", "overrides", "shadow_rays")
-    relevant = {name: getattr(settings, name) for name in names}
-    return fingerprint(content, octaves, len(scene.lights), relevant)
 
 
 @contextmanager

@@ -1,29 +1,22 @@
 """Chooses settings for the user: the most accurate in a budget.
 
 The ladder (`presets`) says which settings are worth having. What they cost here is
-measured on the user's own scene, frame and machine, a few rungs by bisection, and
-remembered for scenes of the same class. `error_bound` chooses by what they lose.
+measured on the user's own scene, frame and machine: a rung in the middle, whose time says
+where to look, and those about the end of the budget. `error_bound` chooses by what they lose.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.bench.analysis import percent
-from ssdo_gl.bench.measure import (
-    BenchRenderer,
-    fingerprint,
-    is_busy,
-    machine_class,
-    shader_fingerprint,
-)
+from ssdo_gl.bench.measure import BenchRenderer, is_busy, load_average
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
-from ssdo_gl.bench.tuning.calibration import Calibrated, Calibration, opened, scene_class
+from ssdo_gl.bench.tuning.calibration import opened
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
@@ -36,8 +29,6 @@ CALIBRATION_FRAMES = 7
 # A calibrated time may be this part of the budget, so that the scatter of a frame's
 # median does not break it.
 FILL = 0.95
-# A remembered time that is off by more than this factor was taken under another load.
-STALE = 1.25
 
 
 class CannotTuneError(SettingError):
@@ -85,7 +76,6 @@ def choose_for_budget(
     camera: Camera | None = None,
     backend: str = "auto",
     device: Device | None = None,
-    recalibrate: bool = False,
 ) -> Choice:
     """Return the most accurate measured setting that keeps a frame within `budget_ms`.
 
@@ -95,8 +85,6 @@ def choose_for_budget(
         Method, size and everything that the ladder does not decide hold.
     budget_ms : float
         Milliseconds a frame, > 0.
-    recalibrate : bool
-        Whether to forget what was measured before.
 
     Raises
     ------
@@ -106,64 +94,33 @@ def choose_for_budget(
         raise CannotTuneError(f"--budget-ms {budget_ms:g}: must be a positive number")
     check_usable(settings)
     with opened(scene, settings, camera, backend, device) as (renderer, base):
-        machine = machine_class(renderer.device)
-        key = fingerprint("times", machine, scene_class(scene, base), shader_fingerprint(("",)))
-        return within_budget(
-            renderer, base, budget_ms, read_ladder(), Calibration(), key, recalibrate
-        )
+        return within_budget(renderer, base, budget_ms, read_ladder())
 
 
 def within_budget(
-    renderer: BenchRenderer,
-    settings: Settings,
-    budget_ms: float,
-    ladder: Ladder,
-    calibration: Calibration,
-    key: str,
-    recalibrate: bool = False,
+    renderer: BenchRenderer, settings: Settings, budget_ms: float, ladder: Ladder
 ) -> Choice:
-    """Find the last rung that fits, measuring as few as possible.
-
-    Rungs are ordered by time, so bisection finds the last one that fits. Times
-    remembered for the class of scene say where to begin; the rung that is returned has
-    been measured now. Where that contradicts its remembered time, all of them were taken
-    under another load, and are forgotten.
-    """
+    """Find the last rung that fits, measuring as few as possible."""
     start = time.perf_counter()
-    known = None if recalibrate else Calibrated.read(calibration.load(key))
     measured: dict[int, float] = {}
     single = dataclasses.replace(settings, antialias=1)
-    rungs, limit_ms = ladder.rungs, budget_ms * FILL
+    rungs = ladder.rungs
 
     def cost(index: int) -> float:
-        if index not in measured:
-            times = renderer.timed(rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES)
-            measured[index] = times.frame_ms
-        return measured[index]
+        times = renderer.timed(rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES)
+        measured[index] = times.frame_ms
+        return times.frame_ms
 
-    remembered = known.values if known else {}
-    best = _last_that_fits(rungs, limit_ms, cost, remembered)
-    ratios = [
-        ms / remembered[rungs[i].label]
-        for i, ms in measured.items()
-        if rungs[i].label in remembered
-    ]
-    is_stale = bool(ratios) and not 1.0 / STALE <= statistics.median(ratios) <= STALE
-    if is_stale:
-        remembered = {}
-    if best < 0:
-        # Of a scene's own, the order of the rungs by time may be another one.
-        for ms, i in sorted((remembered.get(r.label, math.inf), i) for i, r in enumerate(rungs)):
-            if ms < min(measured.values()):
-                cost(i)
-        best = max((i for i, ms in measured.items() if ms <= limit_ms), default=-1)
-    now = Calibrated.now(remembered | {rungs[i].label: ms for i, ms in measured.items()})
-    calibration.save(key, dataclasses.asdict(now))
+    best = _last_that_fits(rungs, budget_ms * FILL, cost)
     index = best if best >= 0 else min(measured, key=lambda i: measured[i])
     rung, frame_ms = rungs[index], measured[index]
-    tail = f"about {percent(rung.error)} error on the benched scenes; " + _how_calibrated(
-        time.perf_counter() - start, known, is_stale, ratios, now
+    tail = (
+        f"about {percent(rung.error)} error on the benched scenes; "
+        f"calibrated in {time.perf_counter() - start:.1f} s"
     )
+    load = load_average()
+    if load is not None and is_busy(load):
+        tail += f"; the machine is busy (load {load:.1f}), so times are too long"
     if best < 0:
         sentence = (
             f"no measured setting fits {budget_ms:g} ms, with {percent(1.0 - FILL)} to spare, at"
@@ -178,44 +135,23 @@ def within_budget(
     return Choice(rung.applied(settings), sentence, best >= 0, frame_ms, rung.error)
 
 
-def _how_calibrated(
-    seconds: float,
-    known: Calibrated | None,
-    is_stale: bool,
-    ratios: Sequence[float],
-    now: Calibrated,
-) -> str:
-    """Return where times come from and how far to trust them."""
-    text = f"calibrated in {seconds:.1f} s"
-    if is_stale and known is not None:
-        slower = statistics.median(ratios)
-        text += f", anew: times of {known.when} are off by a factor of {slower:.2f}"
-    elif known is not None:
-        text += f", beginning with times of {known.when}"
-    if is_busy(now.load):
-        text += (
-            f"; the machine is busy (load {now.load:.1f}), so times are too long: "
-            "--recalibrate when it is not"
-        )
-    return text
-
-
 def _last_that_fits(
-    rungs: Sequence[PresetRung],
-    limit_ms: float,
-    cost: Callable[[int], float],
-    remembered: Mapping[str, float],
+    rungs: Sequence[PresetRung], limit_ms: float, cost: Callable[[int], float]
 ) -> int:
-    """Return the last rung whose cost is within `limit_ms`, -1 if none, by bisection."""
+    """Return the last rung whose cost is within `limit_ms`, -1 if none.
+
+    Rungs are ordered by time. If a scene's times grow as those of the ladder do, one of them
+    tells where the last one that fits is.
+    """
     low, high = -1, len(rungs)
-    known = [i for i, rung in enumerate(rungs) if remembered.get(rung.label, math.inf) <= limit_ms]
-    guess = max(known, default=None)
+    middle = high // 2
     while high - low > 1:
-        middle = guess if guess is not None and low < guess < high else (low + high) // 2
-        if cost(middle) <= limit_ms:
+        ms = cost(middle)
+        if ms <= limit_ms:
             low = middle
-            # A guess that fits is checked from above: is the next one already too dear?
-            guess = middle + 1 if guess is not None else None
         else:
-            high, guess = middle, None
+            high = middle
+        allowed = limit_ms / ms * rungs[middle].relative_time
+        guess = sum(rung.relative_time <= allowed for rung in rungs) - 1
+        middle = min(max(guess, low + 1), high - 1)
     return low
