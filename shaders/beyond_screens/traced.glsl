@@ -17,6 +17,9 @@ const bool TRACES_SMOOTH = true;
 const float LEAST_HIGHLIGHT = 0.01;
 // Radiance of such a highlight, relative to the light that the cache has there.
 const float BRIGHTEST = 16.0;
+// A mirror that is seen in a rougher one is at least that share as rough: by chance few rays come upon a
+// lamp in it, which are specks; and lamps are drawn by its lobe (after Kaplanyan, Dachsbacher 2013).
+const float LEAST_ROUGHNESS = 0.7;
 const uint DIMENSIONS_PER_MIRROR = 3u;
 // Light that differs by more has an edge there: it is not noise.
 const float MOST_NOISE = 0.6;
@@ -28,6 +31,7 @@ struct MirrorPath {
     vec3 weight;  // of what arrives along w
     float alpha;  // width of the lobe that w stands for
     float density;  // over solid angle, of drawing w from the last mirror's lobe
+    float roughness;  // of what it meets, at least
 };
 
 // A ray to a light, and what the last mirror reflects of it unless the ray is blocked.
@@ -119,18 +123,21 @@ void reflect_on(inout MirrorPath path, Surface met, vec2 u)
     // Facets of what stands for a smooth surface do not hide each other.
     w -= min(2.0 * dot(w, met.at.geometric), 0.0) * met.at.geometric;
     float alpha = alpha_of(met.brdf.roughness) * inversesqrt(float(SAMPLE_COUNT));
-    path = MirrorPath(met.at.start, w, path.weight * facet.weight, alpha, facet.density);
+    path = MirrorPath(met.at.start, w, path.weight * facet.weight, alpha, facet.density,
+                      LEAST_ROUGHNESS * met.brdf.roughness);
 }
 
-// Radiance along `w_vs`, drawn with that density, by the path number `index` of the pixel; false
-// where only the sky is.
-bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint index, out vec3 radiance)
+// Radiance along `w_vs`, drawn with that density from a lobe of that roughness, by the path number
+// `index` of the pixel; false where only the sky is.
+bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, float roughness,
+                  uint index, out vec3 radiance)
 {
     vec3 to_point = u_ns_from_vs * (p_vs * u_ns_per_unit);
     vec3 viewing = viewing_direction(to_point, u_ns_from_vs * AHEAD_VS);
     vec3 start = ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs, viewing,
                            GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
-    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0, density);
+    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0, density,
+                                 LEAST_ROUGHNESS * roughness);
     uint seed = pixel_seed(ivec2(gl_FragCoord.xy));
     MirroredLight light = NO_MIRRORED;
     radiance = vec3(0.0);
@@ -153,6 +160,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint i
         ivec2 surfel = surfel_met(hit, met, path.w);
         vec4 cached = light_around(hit, met, path.w, index, surfel);
         if (goes_on) {
+            met.brdf.roughness = min(max(met.brdf.roughness, path.roughness), u_mirror_roughness);
             vec3 n = met.at.normal;
             uint dimension = DIMENSIONS_PER_MIRROR * uint(bounce);
             radiance += path.weight * diffuse_radiance_towards(met.brdf, n, met.at.w_out, cached.rgb);

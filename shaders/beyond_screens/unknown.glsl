@@ -1,7 +1,8 @@
 // Nothing is known of what the picture does not show.
 const bool TRACES_SMOOTH = false;
 
-bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint index, out vec3 radiance)
+bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, float roughness,
+                  uint index, out vec3 radiance)
 {
     radiance = vec3(0.0);
     return false;

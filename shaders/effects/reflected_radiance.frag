@@ -2,7 +2,8 @@
 // The radiance of glossy reflections: the mean radiance of each lobe, without its noise, times
 // what the surface reflects of it.
 //
-// FOLLOWS_CURVES 1: where normals turn fast, images in wide lobes are not filtered either.
+// CURVE_WIDTH: where mirrored directions turn fast, images in wide lobes are not filtered either: the
+// less the smaller it is; 0: they are.
 #define GLOSSY 1
 #include "lib/brdf.glsl"
 #include "lib/gbuffer.glsl"
@@ -19,7 +20,7 @@ const float EVEN_WIDTH_PX = 2.45;
 const float SHARP_ALPHA = 0.01;
 const float BLURRED_ALPHA = 0.06;
 
-#if FOLLOWS_CURVES
+#if CURVE_WIDTH > 0
 // How far the normal turns from one pixel to the next: the smaller of two steps, so that edges do
 // not count, along the axis along which it turns more.
 float turn_at(ivec2 texel)
@@ -47,9 +48,8 @@ void main()
         float width = alpha * z / (EVEN_WIDTH_PX * pixel_height_at(z));
         float blur = max(width * width / (width * width + 1.0),
                          smoothstep(SHARP_ALPHA, BLURRED_ALPHA, alpha));
-#if FOLLOWS_CURVES
-        // Mirrored directions turn by twice as much.
-        float curved = 2.0 * alpha / max(EVEN_WIDTH_PX * turn_at(texel), 1e-6);
+#if CURVE_WIDTH > 0
+        float curved = float(CURVE_WIDTH) * alpha / max(EVEN_WIDTH_PX * turn_at(texel), 1e-6);
         blur *= curved * curved / (curved * curved + 1.0);
 #endif
         vec3 raw = texelFetch(t_reflections_raw, texel, 0).rgb;

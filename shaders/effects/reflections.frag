@@ -113,7 +113,7 @@ void main()
 #endif
         vec3 beyond = vec3(0.0);
         bool is_far = TRACES_SMOOTH && is_smooth && weight != vec3(0.0)
-                   && meets_by_ray(r.position_vs, r.geometric_vs, w, facet.density, uint(i), beyond);
+                   && meets_by_ray(r.position_vs, r.geometric_vs, w, facet.density, brdf.roughness, uint(i), beyond);
         sent += weight * beyond;
         open += is_near || is_far ? vec3(0.0) : sky;
     } while (++i < SAMPLE_COUNT);

@@ -45,6 +45,9 @@ from ssdo_gl.settings.fields import setting
 
 # Up to this roughness a march finds what lies beyond R, and mirrors show what surfaces reflect.
 SMOOTH = 0.4
+# How wide a lobe is, times what normals turn by from pixel to pixel, in which rays leave as much noise
+# as the filter's blur; of glowing bodies points tell, too, with less.
+CURVE_WIDTHS = {False: 4, True: 2}
 
 
 @dataclass(frozen=True)
@@ -204,8 +207,8 @@ class ReflectedRadiancePass(RenderPass):
 
     Parameters
     ----------
-    follows_curves : bool
-        Leave images in what curves fast as they are: points of glowing bodies have little noise.
+    curve_width : int
+        In `CURVE_WIDTHS`; 0: filter images in what curves fast as others.
     """
 
     name = "reflected_radiance"
@@ -220,8 +223,8 @@ class ReflectedRadiancePass(RenderPass):
     writes: Mapping[str, TextureSpec] = {"reflections": TextureSpec(4)}
     depends_on = ("view",)
 
-    def __init__(self, *, follows_curves: bool) -> None:
-        self._defines = {"FOLLOWS_CURVES": int(follows_curves)}
+    def __init__(self, *, curve_width: int) -> None:
+        self._defines = {"CURVE_WIDTH": curve_width}
 
     def settings_key(self) -> Hashable:
         return tuple(self._defines.items())
@@ -288,7 +291,8 @@ class Reflections(Effect):
         yield item, "what the lobes of glossy surfaces take in"
         images = ("reflections_raw", "reflections_filtered")
         yield filtered(request, "reflections_filter", *images, is_of_gloss=True)
-        yield ReflectedRadiancePass(follows_curves=glows), "what glossy surfaces reflect"
+        width = CURVE_WIDTHS[glows] if request.runs("surface_cache") else 0
+        yield ReflectedRadiancePass(curve_width=width), "what glossy surfaces reflect"
 
     def sends(self, request: Request) -> bool:
         """Return that reflections are not sent on."""
