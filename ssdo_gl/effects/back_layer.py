@@ -17,6 +17,7 @@ from ssdo_gl.gpu.geometry import Features, Numbered, TriangleRasterizer, can_ras
 from ssdo_gl.gpu.program import Program
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.draw_inputs import draw_inputs
 
 
 class BackFacesPass(RenderPass):
@@ -89,14 +90,8 @@ class DepthLayersPass(RenderPass):
     overwrites: ClassVar[bool] = True
 
     def execute(self, context: PassContext) -> None:
-        assert context.target is not None
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen("effects/depth_layers.frag"),
-            context.target,
-            {},
-            {f"t_{name}": context.inputs[name] for name in self.reads},
-        )
+        program = context.shaders.fullscreen("effects/depth_layers.frag")
+        draw_inputs(context, program, {}, self.reads)
 
 
 class BackLayer(Effect):

@@ -20,10 +20,10 @@ from ssdo_gl.effects.near_field import (
 )
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.sender_bound import sender_bound
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.own_lookup import OWN_RAYS, lookup_uniforms, tell_all
 from ssdo_gl.passes.screen_space_settings import (
@@ -180,20 +180,18 @@ class BouncePass(RenderPass):
         return frozenset(self.reads) - kept
 
     def execute(self, context: PassContext) -> None:
-        assert context.target is not None
-        draw_fullscreen(
-            context.gl,
+        draw_inputs(
+            context,
             context.shaders.fullscreen(
                 "effects/bounce.frag",
                 {**self._defines, **(self._terms or SenderTerms()).defines(context.inputs)},
                 ESTIMATORS[self.settings.estimator].choices,
             ),
-            context.target,
             {
                 **uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
                 **lookup_uniforms(context),
             },
-            {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
+            self._wiring,
         )
 
 

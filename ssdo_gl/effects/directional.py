@@ -18,11 +18,11 @@ from ssdo_gl.effects.near_field import (
     traces_own,
 )
 from ssdo_gl.effects.request import Request, Shortcut
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
@@ -202,7 +202,6 @@ class DirectionalPass(RenderPass):
         return frozenset({"z_layers"} if is_spared and tell_all(facts) else ())
 
     def execute(self, context: PassContext) -> None:
-        assert context.target is not None
         frame, view = context.frame, context.frame.view
         lights = self._lights.get((frame.scene.lights,), lambda: ssdo_lights(frame.scene.lights))
         light_values = self._light_values.get(
@@ -214,21 +213,20 @@ class DirectionalPass(RenderPass):
             "SSDO_AREA_COUNT": area_count,
             "SSDO_POINT_COUNT": len(lights) - area_count,
         }
-        draw_fullscreen(
-            context.gl,
+        draw_inputs(
+            context,
             context.shaders.fullscreen(
                 "effects/directional.frag",
                 all_defines,
                 ESTIMATORS[self.settings.estimator].choices,
             ),
-            context.target,
             {
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
                 **probe_uniforms(context),
                 **lookup_uniforms(context),
             },
-            {f"t_{name}": context.inputs[name] for name in self.reads},
+            self.reads,
         )
 
 

@@ -10,9 +10,9 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.request import Request, overridden
 from ssdo_gl.effects.scene_lights import has_glow, takes_stand_ins
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import (
     FILTER,
     EdgeAwareFilterPass,
@@ -97,7 +97,6 @@ class EmittersPass(RenderPass):
 
     def execute(self, context: PassContext) -> None:
         """Trace the rays of all pixels."""
-        assert context.target is not None
         frame = context.frame
         number = frame.seed - frame.first_seed
         picture = frame.first_seed + number // frame.count + (frame.moves << 32)
@@ -121,8 +120,7 @@ class EmittersPass(RenderPass):
         program = context.shaders.fullscreen(
             "effects/emitters.frag", {**ray_defines(context, self.features), **defines}
         )
-        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
-        draw_fullscreen(context.gl, program, context.target, uniforms, textures)
+        draw_inputs(context, program, uniforms, self.reads)
 
 
 class Emitters(Effect):

@@ -12,11 +12,11 @@ from ssdo_gl.effects.near_field import filtered
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import has_glow
 from ssdo_gl.effects.sender_bound import sender_bound
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
@@ -170,7 +170,6 @@ class ReflectionsPass(RenderPass):
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over what is glossy."""
-        assert context.target is not None
         defines, beyond = self._defines, "beyond_screens/unknown.glsl"
         values = uniforms(
             self.settings,
@@ -192,14 +191,7 @@ class ReflectionsPass(RenderPass):
         program = context.shaders.fullscreen(
             "effects/reflections.frag", defines, {"beyond_screen": beyond}
         )
-        draw_fullscreen(
-            context.gl,
-            program,
-            context.target,
-            values,
-            {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
-            region=context.frame.gloss_region,
-        )
+        draw_inputs(context, program, values, self._wiring, context.frame.gloss_region)
 
 
 class ReflectedRadiancePass(RenderPass):
@@ -231,15 +223,9 @@ class ReflectedRadiancePass(RenderPass):
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over what is glossy."""
-        assert context.target is not None
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen("effects/reflected_radiance.frag", self._defines),
-            context.target,
-            context.frame.view.uniforms(),
-            {sampler: context.inputs[name] for sampler, name in self.WIRING.items()},
-            region=context.frame.gloss_region,
-        )
+        program = context.shaders.fullscreen("effects/reflected_radiance.frag", self._defines)
+        frame = context.frame
+        draw_inputs(context, program, frame.view.uniforms(), self.WIRING, frame.gloss_region)
 
 
 class Reflections(Effect):

@@ -13,11 +13,11 @@ from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, described
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_settings, filtered
 from ssdo_gl.effects.request import Request
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.composite import OcclusionMode
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
@@ -92,16 +92,10 @@ class SsaoPass(RenderPass):
         return self.settings, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        assert context.target is not None
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen(
-                "effects/ssao.frag", self._defines, ESTIMATORS[self.settings.estimator].choices
-            ),
-            context.target,
-            uniforms(self.settings, context.frame, self._has_back_layer),
-            {f"t_{name}": context.inputs[name] for name in self.reads},
-        )
+        choices = ESTIMATORS[self.settings.estimator].choices
+        program = context.shaders.fullscreen("effects/ssao.frag", self._defines, choices)
+        values = uniforms(self.settings, context.frame, self._has_back_layer)
+        draw_inputs(context, program, values, self.reads)
 
 
 class ConstantVisibilityPass(RenderPass):

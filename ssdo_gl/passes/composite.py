@@ -6,12 +6,12 @@ from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
 from typing import ClassVar, Literal, NamedTuple, Protocol
 
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -183,19 +183,16 @@ class CompositePass(RenderPass):
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and others over what is glossy, and what emits."""
-        assert context.target is not None
         ending = {} if self._last_stage is None else self._last_stage.uniforms(context)
         for glossy, emits, region in self._draws(context.frame):
-            wiring = self._wirings[glossy, emits]
-            draw_fullscreen(
-                context.gl,
+            draw_inputs(
+                context,
                 context.shaders.fullscreen(
                     "passes/composite.frag", self._defines[glossy, emits], self._choices
                 ),
-                context.target,
                 {**uniforms(context.frame), **self._display_uniforms, **ending},
-                {sampler: context.inputs[name] for sampler, name in wiring.items()},
-                region=region,
+                self._wirings[glossy, emits],
+                region,
             )
 
     def _draws(self, frame: Frame) -> Sequence[tuple[int, bool, Region | None]]:

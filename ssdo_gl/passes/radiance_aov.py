@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from typing import ClassVar
 
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.terms import term_defines, term_wiring
 
 
@@ -48,8 +48,6 @@ class RadianceAovPass(RenderPass):
         return tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        assert context.target is not None
         program = context.shaders.fullscreen("passes/radiance_aov.frag", self._defines)
         uniforms = context.frame.view.uniforms() if self._glossy else {}
-        textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
-        draw_fullscreen(context.gl, program, context.target, uniforms, textures)
+        draw_inputs(context, program, uniforms, self._wiring)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import ClassVar
 
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.brdf_wiring import gloss_draws
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.terms import SenderTerms
 
 
@@ -39,15 +39,7 @@ class SenderRadiancePass(RenderPass):
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and one over what is glossy."""
-        assert context.target is not None
         for glossy, region in gloss_draws(context.frame, self.glossy):
             defines = {**self.terms.defines(context.inputs), "GLOSSY": glossy}
-            wiring = self.terms.wiring(bool(glossy))
-            draw_fullscreen(
-                context.gl,
-                context.shaders.fullscreen("passes/sender_radiance.frag", defines),
-                context.target,
-                {},
-                {sampler: context.inputs[name] for sampler, name in wiring.items()},
-                region=region,
-            )
+            program = context.shaders.fullscreen("passes/sender_radiance.frag", defines)
+            draw_inputs(context, program, {}, self.terms.wiring(bool(glossy)), region)

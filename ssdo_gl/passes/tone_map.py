@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, TRANSPARENT, background_color
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
@@ -66,12 +66,5 @@ class ToneMapPass(RenderPass):
         self.defines, self.uniforms = defines(self.settings), uniforms(self.settings)
 
     def execute(self, context: PassContext) -> None:
-        assert context.target is not None
         program = context.shaders.fullscreen("passes/tone_map.frag", self.defines)
-        draw_fullscreen(
-            context.gl,
-            program,
-            context.target,
-            self.uniforms,
-            {"t_beauty": context.inputs[self.reads[0]]},
-        )
+        draw_inputs(context, program, self.uniforms, {"t_beauty": self.reads[0]})
