@@ -20,7 +20,7 @@ from ssdo_gl.effects.near_field import receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.gpu.texture import drawing_into, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
@@ -32,7 +32,7 @@ from ssdo_gl.passes.far_probes import (
     ProbeRays,
     mean_radiance,
 )
-from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
+from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import (
     radius_ns,
     ray_defines,

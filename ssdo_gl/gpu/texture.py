@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import moderngl
 import numpy as np
@@ -91,6 +92,24 @@ def make_framebuffer(
         raise FrameSizeError(
             f"not enough memory: {renderer} makes no more images of {width}x{height}"
         ) from None
+
+
+@contextmanager
+def drawing_into(
+    gl: moderngl.Context, *textures: moderngl.Texture, depth: bool = False
+) -> Iterator[moderngl.Framebuffer]:
+    """Lend a framebuffer of `make_framebuffer`; afterwards what was bound before is bound."""
+    target = make_framebuffer(gl, textures, depth)
+    before = gl.fbo
+    try:
+        yield target
+    finally:
+        # A framebuffer that is released while bound makes the next one an OpenGL error.
+        if before is not None and not isinstance(before.mglo, moderngl.InvalidObject):
+            before.use()
+        if target.depth_attachment is not None:
+            target.depth_attachment.release()
+        target.release()
 
 
 def pack(values: ArrayLike, shape: tuple[int, int, int], dtype: str) -> bytes:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 import moderngl
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import make_framebuffer
+from ssdo_gl.gpu.texture import drawing_into
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.math3d import Region
 
@@ -30,18 +29,6 @@ def facts_of(context: PassContext, name: str, kind: type[Facts]) -> Facts | None
     return facts if isinstance(facts, kind) else None
 
 
-@contextmanager
-def drawing_into(
-    gl: moderngl.Context, *textures: moderngl.Texture
-) -> Iterator[moderngl.Framebuffer]:
-    """Lend a framebuffer that draws into `textures`."""
-    target = make_framebuffer(gl, textures)
-    try:
-        yield target
-    finally:
-        target.release()
-
-
 def fill(
     context: PassContext,
     made: Sequence[moderngl.Texture],
@@ -53,6 +40,5 @@ def fill(
 ) -> None:
     """Draw into the textures `made`, or a region of them, by a fragment shader."""
     program = context.shaders.fullscreen(shader, defines)
-    target = make_framebuffer(context.gl, made)
-    draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)
-    target.release()
+    with drawing_into(context.gl, *made) as target:
+        draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)

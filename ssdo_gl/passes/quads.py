@@ -9,7 +9,7 @@ import moderngl
 from ssdo_gl.gpu.context import draws_on_cpu
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import drawing_into, make_texture
 
 
 def quads_of(
@@ -33,13 +33,8 @@ def quads_of(
             return None
         size = (atlas.width + 1) // 2, (atlas.height + 1) // 2
         quads = make_texture(gl, size, 4, "f4")
-        target = make_framebuffer(gl, [quads])
-        program = shaders.fullscreen("passes/quads.frag")
-        before = gl.fbo
-        draw_fullscreen(gl, program, target, {}, {"t_image": atlas})
-        # A framebuffer that is released while bound makes the next one an OpenGL error.
-        if before is not None:
-            before.use()
-        target.release()
+        with drawing_into(gl, quads) as target:
+            program = shaders.fullscreen("passes/quads.frag")
+            draw_fullscreen(gl, program, target, {}, {"t_image": atlas})
         atlas.extra = quads
     return atlas.extra

@@ -8,7 +8,7 @@ import moderngl
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import drawing_into, make_texture
 from ssdo_gl.math3d import Region
 from ssdo_gl.scene.shadow_frames import ShadowFrame
 
@@ -44,22 +44,17 @@ class ShadowBlocks:
         columns, rows = (-(-2 * n // step) << (BLOCK_LEVELS - 1) for n in quads.size)
         self.grid = columns, rows
         self.texture = make_texture(gl, (columns + columns // 2, rows), 4, "f4")
-        target = make_framebuffer(gl, [self.texture])
-        before = gl.fbo
-        target.clear()
-        for frame in frames:
-            if frame is not None:
-                self._draw_first(target, quads, frame, size)
+        with drawing_into(gl, self.texture) as target:
+            target.clear()
+            for frame in frames:
+                if frame is not None:
+                    self._draw_first(target, quads, frame, size)
         corner = 0
         for level, level_size in self._levels():
             # Read and written back, because a texture cannot be drawn to and read from at once.
             made = self._level(level, level_size)
             self.texture.write(made, viewport=(columns, corner, *level_size))
             corner += level_size[1]
-        # A framebuffer that is released while bound makes the next one an OpenGL error.
-        if before is not None:
-            before.use()
-        target.release()
 
     def _levels(self) -> Iterator[tuple[int, tuple[int, int]]]:
         for level in range(1, BLOCK_LEVELS):
@@ -86,17 +81,11 @@ class ShadowBlocks:
 
     def _level(self, level: int, size: tuple[int, int]) -> bytes:
         texture = make_texture(self._gl, size, 4, "f4")
-        target = make_framebuffer(self._gl, [texture])
-        draw_fullscreen(
-            self._gl,
-            self._shaders.fullscreen(
-                "passes/shadow_blocks.frag", {"IS_FIRST": 0, "IS_PARALLEL": 0}
-            ),
-            target,
-            {"u_level": level, "u_block_grid": self.grid},
-            {"t_blocks": self.texture},
-        )
+        defines = {"IS_FIRST": 0, "IS_PARALLEL": 0}
+        program = self._shaders.fullscreen("passes/shadow_blocks.frag", defines)
+        uniforms = {"u_level": level, "u_block_grid": self.grid}
+        with drawing_into(self._gl, texture) as target:
+            draw_fullscreen(self._gl, program, target, uniforms, {"t_blocks": self.texture})
         made = texture.read()
-        target.release()
         texture.release()
         return made

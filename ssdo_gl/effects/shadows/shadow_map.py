@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Hashable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from typing import ClassVar
 
 import moderngl
@@ -14,7 +13,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.shadows.map_faces import Face, atlas_size, faces_of
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size, unread_maps
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import drawing_into, make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
@@ -64,8 +63,9 @@ class ShadowMapPass(RenderPass):
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         size = atlas_size(context.frame.scene.lights, self.settings, self._unread)
         atlas = make_texture(context.gl, size, 1, "f4")
-        with _drawing_into(context, atlas, depth=True):
-            context.gl.fbo.clear(EMPTY_DEPTH, depth=1.0)
+        with drawing_into(context.gl, atlas, depth=True) as target:
+            target.use()
+            target.clear(EMPTY_DEPTH, depth=1.0)
             context.gl.enable_only(moderngl.DEPTH_TEST)
             for face in faces_of(context, self.settings, self._unread):
                 face.draw(context, by_chance=self._by_chance)
@@ -97,9 +97,9 @@ class TranslucentShadowsPass(RenderPass):
         atlas = make_texture(context.gl, whole.size, 1, "f4")
         made_from = context.frame.scene.lights, context.geometry.instances
         faces = self._faces.get(made_from, lambda: list(self._found(context)))
-        source = make_framebuffer(context.gl, [whole])
-        with _drawing_into(context, atlas):
-            context.gl.copy_framebuffer(context.gl.fbo, source)
+        with drawing_into(context.gl, whole) as source, drawing_into(context.gl, atlas) as target:
+            context.gl.copy_framebuffer(target, source)
+            target.use()
             # The nearer one, as by a depth test.
             context.gl.enable_only(moderngl.BLEND)
             context.gl.blend_equation = moderngl.MIN, moderngl.MIN
@@ -107,29 +107,11 @@ class TranslucentShadowsPass(RenderPass):
                 face.draw(context, by_chance=True)
             context.gl.blend_equation = moderngl.FUNC_ADD, moderngl.FUNC_ADD
             context.gl.enable_only(moderngl.NOTHING)
-        source.release()
         return {"shadow_atlas": atlas}
 
     def _found(self, context: PassContext) -> Iterable[Face]:
         faces = faces_of(context, self.settings, self._unread)
         return (face for face in faces if face.sees_translucent(context))
-
-
-@contextmanager
-def _drawing_into(
-    context: PassContext, atlas: moderngl.Texture, *, depth: bool = False
-) -> Iterator[None]:
-    """Bind a framebuffer of `atlas`, and afterwards what was bound before."""
-    target = make_framebuffer(context.gl, [atlas], depth=depth)
-    before = context.gl.fbo
-    target.use()
-    yield
-    # A framebuffer that is released while bound makes the next one an OpenGL error.
-    if before is not None:
-        before.use()
-    if target.depth_attachment is not None:
-        target.depth_attachment.release()
-    target.release()
 
 
 class ShadowMaps(Effect):

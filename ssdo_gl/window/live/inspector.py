@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.gpu.texture import make_framebuffer, unpack
+from ssdo_gl.gpu.texture import drawing_into, unpack
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.images.surface_arrays import world_normals
 from ssdo_gl.math3d import Vector, vector
@@ -59,12 +59,9 @@ def _row(
     gl: moderngl.Context, texture: moderngl.Texture, x: int, y: int, count: int
 ) -> NDArray[Any]:
     """Return `count` texels to the right of (x, y), y counted from the bottom."""
-    target, channels = make_framebuffer(gl, [texture]), texture.components
-    viewport = (x, y, count, 1)
-    try:
+    channels, viewport = texture.components, (x, y, count, 1)
+    with drawing_into(gl, texture) as target:
         data = target.read(viewport=viewport, components=channels, alignment=1, dtype=texture.dtype)
-    finally:
-        target.release()
     row: NDArray[Any] = unpack(data, (1, count, channels), texture.dtype)[0]
     return row
 

@@ -7,7 +7,7 @@ import dataclasses
 import moderngl
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import drawing_into, make_texture
 from ssdo_gl.render_result import Drawing, Plane
 
 
@@ -48,8 +48,6 @@ class KeptPlanes:
 
     def _copy(self, texture: moderngl.Texture) -> moderngl.Texture:
         copy = make_texture(self._gl, texture.size, texture.components, texture.dtype)
-        source, target = (make_framebuffer(self._gl, [item]) for item in (texture, copy))
-        self._gl.copy_framebuffer(target, source)
-        source.release()
-        target.release()
+        with drawing_into(self._gl, texture) as source, drawing_into(self._gl, copy) as target:
+            self._gl.copy_framebuffer(target, source)
         return copy
