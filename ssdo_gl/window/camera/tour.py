@@ -24,6 +24,8 @@ class Tour:
     ----------
     fault : str
         Why the file could not be read; empty if it could.
+    played_s : float or None
+        How far the path has been flown, seconds; None if it is not played.
     """
 
     def __init__(self, file: Path, base: Camera) -> None:
@@ -32,7 +34,7 @@ class Tour:
         self.fault = ""
         self._views = Views()
         self._recorded_s: float | None = None
-        self._played_s: float | None = None
+        self.played_s: float | None = None
         try:
             self._views = load_views(file, base)
         except ValueError as error:
@@ -53,11 +55,6 @@ class Tour:
         """Whether the flight is being recorded."""
         return self._recorded_s is not None
 
-    @property
-    def played_s(self) -> float | None:
-        """How far the path has been flown, seconds; None if it is not played."""
-        return self._played_s
-
     def store(self, number: int, camera: Camera) -> None:
         """Keep a view as bookmark 1 to 9; raises OutputError if it cannot be written."""
         self._views.cameras[number] = camera
@@ -69,7 +66,7 @@ class Tour:
 
     def start_recording(self, camera: Camera) -> None:
         """Begin a new path at `camera`."""
-        self._played_s = None
+        self.played_s = None
         self._recorded_s = 0.0
         self._views.path = CameraPath().recorded(0.0, camera)
 
@@ -87,16 +84,16 @@ class Tour:
     def play(self) -> None:
         """Fly the path from its beginning."""
         self._recorded_s = None
-        self._played_s = 0.0
+        self.played_s = 0.0
 
     def stop(self) -> None:
         """Stay where the path has come to."""
-        self._played_s = None
+        self.played_s = None
 
     def advance(self, seconds: float) -> None:
         """Let time pass for what is played."""
-        if self._played_s is not None:
-            self._played_s = min(self._played_s + seconds, self.path.seconds)
+        if self.played_s is not None:
+            self.played_s = min(self.played_s + seconds, self.path.seconds)
 
     def record(self, seconds: float, camera: Camera) -> None:
         """Note where the flight has come to in `seconds`, while recording."""
@@ -107,8 +104,8 @@ class Tour:
     @property
     def has_ended(self) -> bool:
         """Whether the path is being played and has come to its end."""
-        return self._played_s is not None and self._played_s >= self.path.seconds
+        return self.played_s is not None and self.played_s >= self.path.seconds
 
     def camera(self) -> Camera | None:
         """Return the camera of the path while it is played."""
-        return None if self._played_s is None else self.path.camera(self._played_s, self.base)
+        return None if self.played_s is None else self.path.camera(self.played_s, self.base)

@@ -176,7 +176,7 @@ class Canvas(SceneFlight, Chosen):
             self._sides.append(self._new_side(self.settings_of_side(len(self._sides))))
         for side in self._sides:
             left_ms = max(self.budget_ms - self.showing_ms, LEAST_SHARE * self.budget_ms)
-            side.set_budget(left_ms / wanted)
+            side.governor.budget_ms = left_ms / wanted
             side.is_governed = self.is_governed
 
     def _new_side(self, settings: Settings) -> Side:

@@ -43,6 +43,8 @@ class Side:
     ----------
     is_governed : bool
         Whether the budget counts; without it, moving looks as resting does.
+    kind : ColorMapping
+        How the image becomes colours.
     """
 
     def __init__(
@@ -58,7 +60,7 @@ class Side:
         renderer = Renderer(scene, settings, device=device, shaders=shaders, shared=shared)
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
-        self._kind = ColorMapping.DISPLAY
+        self.kind = ColorMapping.DISPLAY
         self._is_full = False
         self._full_times: deque[float] = deque(maxlen=FULL_FRAMES)
         self._measured = measured
@@ -85,16 +87,6 @@ class Side:
     def full_ms(self) -> float:
         """What a frame takes at full quality, milliseconds; 0 until that is known."""
         return statistics.median(self._full_times) if len(self._full_times) > 1 else 0.0
-
-    @property
-    def kind(self) -> ColorMapping:
-        """How the image becomes colours."""
-        return self._kind
-
-    def set_budget(self, budget_ms: float) -> None:
-        """Hold another budget from now on."""
-        if budget_ms != self.governor.budget_ms:
-            self.governor.budget_ms = budget_ms
 
     def show(self, scene: Scene, settings: Settings, *, is_new: bool = True) -> None:
         """Draw another scene, or the same one edited."""
@@ -136,7 +128,7 @@ class Side:
         """
         self._fit_levels(settings)
         self._govern(image)
-        self._kind = kind
+        self.kind = kind
         calibrates = self._calibrates(settings)
         self._calibration_left -= int(calibrates and is_resting)
         full = not self.is_governed or (is_resting and not calibrates)
@@ -165,7 +157,7 @@ class Side:
         So that the first movement meets a level that was measured and whose programs are
         compiled. What is shown at full quality stays, however long a frame of it took.
         """
-        tries = not (settings.is_reference or self._is_full) and is_averaged(self._kind)
+        tries = not (settings.is_reference or self._is_full) and is_averaged(self.kind)
         return tries and not self.governor.is_settled and self._calibration_left > 0
 
     def _fit_levels(self, settings: Settings) -> None:
@@ -207,7 +199,7 @@ class Side:
             present = new, 0
         budget_ms = self.governor.budget_ms
         self.governor, self._calibration_left = self._others.pop(image, present)
-        self.set_budget(budget_ms)
+        self.governor.budget_ms = budget_ms
         self._governed = image
 
     def _restart_governor(self) -> None:

@@ -136,7 +136,7 @@ class Overlay(ImguiBackend):
             return
         self.begin(window_size, framebuffer_size, seconds)
         if self._viewer.frame_ms > 0.0:
-            self._panel.note_frame(self._viewer.frame_ms)
+            self._panel.reports.note_frame(self._viewer.frame_ms)
         self._top = 0.0
         if self.shows_panel:
             self.light_handle.draw(window_size, self._scale)
@@ -178,7 +178,7 @@ class Overlay(ImguiBackend):
         if left is None or left.image.drawing is None:
             return
         text = f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
-        text += state_text(viewer, self._panel.frame_rate)
+        text += state_text(viewer, self._panel.reports.frame_rate)
         if imgui.calc_text_size(text).x + 4.0 * _MARGIN > free:
             text = "\n".join(text.split("   "))
         # Known beforehand: a window that measures itself is a frame late, and a frame

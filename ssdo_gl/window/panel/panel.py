@@ -57,17 +57,8 @@ class Panel:
         self._host = host
         self.light_handle = LightHandle(viewer)
         self._materials = MaterialSection(viewer)
-        self._reports = Reports(viewer)
+        self.reports = Reports(viewer)
         self._pass_rows = pass_rows()
-
-    def note_frame(self, frame_ms: float) -> None:
-        """Take the time of a frame for the plot."""
-        self._reports.note_frame(frame_ms)
-
-    @property
-    def frame_rate(self) -> float:
-        """Frames per second of the last motion; 0 if there was none."""
-        return self._reports.frame_rate
 
     def draw(self, window_size: tuple[int, int], scale: float, top: float = 0.0) -> None:
         """Issue the widgets, along the right edge of the window.
@@ -108,12 +99,12 @@ class Panel:
             self._time_section()
         self._viewer.times_passes = _header("Effects and passes")
         if self._viewer.times_passes:
-            self._reports.effects()
+            self.reports.effects()
         if _header("Accuracy against time"):
-            self._reports.pareto()
+            self.reports.pareto()
         self._viewer.shows_histogram = _header("Histogram")
         if self._viewer.shows_histogram:
-            self._reports.histogram()
+            self.reports.histogram()
         if _header("Tour"):
             self._tour_section()
         self._output_row()
@@ -201,7 +192,7 @@ class Panel:
 
     def _time_section(self) -> None:
         viewer = self._viewer
-        self._reports.frame_times()
+        self.reports.frame_times()
         held = "lower the quality while something moves, so that a frame takes no longer   (G)"
         self._switch("hold", viewer.is_governed, Command.GOVERNOR, held)
         imgui.same_line()
