@@ -161,11 +161,14 @@ def write_to_stdout(data: bytes) -> None:
         raise OutputError(f"standard output: cannot be written: {error}") from None
 
 
-def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
-    """Return sRGB `pixels` (height, width, 1, 3 or 4), row 0 at the top, as a PNG file."""
+def png_bytes(pixels: NDArray[np.uint8], **packing: Any) -> bytes:
+    """Return sRGB `pixels` (height, width, 1, 3 or 4), row 0 at the top, as a PNG file.
+
+    `packing` is what Pillow knows of it, such as ``compress_level``.
+    """
     buffer = io.BytesIO()
     squeezed = pixels[:, :, 0] if pixels.shape[2] == 1 else pixels
-    Image.fromarray(squeezed).save(buffer, format="PNG")
+    Image.fromarray(squeezed).save(buffer, format="PNG", **packing)
     return buffer.getvalue()
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
+from ssdo_gl.images.files import png_bytes
 from ssdo_gl.window.live import Governor
 
 # One on its way while the next is drawn; a third would only be older when it is seen.
@@ -81,13 +82,6 @@ def jpeg_bytes(pixels: NDArray[np.uint8], quality: PictureQuality) -> bytes:
     return stream.getvalue()
 
 
-def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
-    """Return `pixels`, shape (height, width, 3), as a PNG file, packed in little time."""
-    stream = io.BytesIO()
-    PillowImage.fromarray(pixels).save(stream, "PNG", compress_level=1)
-    return stream.getvalue()
-
-
 class Delivery:
     """Counts pictures in flight and chooses their quality by how long they take.
 
@@ -127,7 +121,7 @@ class Delivery:
             It is looked at, and the next one may take its time: good whatever the way is.
         """
         if is_lossless:
-            data = png_bytes(pixels)
+            data = png_bytes(pixels, compress_level=1)
         else:
             data = jpeg_bytes(pixels, QUALITIES[0] if is_resting else self.quality)
         self._number += 1

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_data import Picture
@@ -16,6 +14,7 @@ from ssdo_gl.bench.measure import PICTURE, BenchRenderer, ErrorPanel, Reference,
 from ssdo_gl.bench.statistics import flip_hdr, flip_ldr, srgb_of
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.error import Mask
+from ssdo_gl.images.files import png_bytes
 from ssdo_gl.settings import Settings
 
 # Pictures weigh about 0.1 MB each in the report; more than this of one group and nobody
@@ -25,10 +24,8 @@ MAX_OF_A_GROUP = 9
 
 def png_of(srgb: NDArray[np.float32]) -> bytes:
     """Return an image in [0, 1] (height, width, 3) as a PNG file."""
-    buffer = io.BytesIO()
     pixels = np.round(255.0 * np.clip(srgb, 0.0, 1.0)).astype(np.uint8)
-    Image.fromarray(pixels).save(buffer, format="PNG", optimize=True)
-    return buffer.getvalue()
+    return png_bytes(pixels, optimize=True)
 
 
 def flip_map_png(error: NDArray[np.float32]) -> bytes:
