@@ -45,8 +45,8 @@ from ssdo_gl.settings.fields import setting
 
 # Up to this roughness a march finds what lies beyond R, and mirrors show what surfaces reflect.
 SMOOTH = 0.4
-# How wide a lobe is, times what normals turn by from pixel to pixel, in which rays leave as much noise
-# as the filter's blur; of glowing bodies points tell, too, with less.
+# How wide a lobe is, times what normals turn by from pixel to pixel, in which rays leave as much
+# noise as the filter's blur; of glowing bodies points tell, too, with less.
 CURVE_WIDTHS = {False: 4, True: 2}
 
 
