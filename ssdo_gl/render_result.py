@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 import moderngl
 
 from ssdo_gl import __version__
-from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.request import Decision
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.execute import PassTiming
 from ssdo_gl.graph.frame import FrameView

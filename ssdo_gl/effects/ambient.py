@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ssdo_gl.effects.decisions import Decision
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.settings.settings import Combine
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.near_field import (
@@ -18,7 +17,7 @@ from ssdo_gl.effects.near_field import (
     filtered,
     traces_own,
 )
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.sender_bound import sender_bound
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass

@@ -10,10 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL, REFERENCES
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, lights_of_glow, need_of_direct_light
 from ssdo_gl.effects.shadows import ShadowMapSettings, unread_maps
 from ssdo_gl.gpu.clear import clear

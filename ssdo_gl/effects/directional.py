@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ssdo_gl import math3d
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.near_field import (
@@ -17,7 +16,7 @@ from ssdo_gl.effects.near_field import (
     filtered,
     traces_own,
 )
-from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.effects.request import Decision, Request, Shortcut
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
-from ssdo_gl.effects.decisions import Decision
-from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.effects.request import Decision, Request, Shortcut
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.composite import OcclusionMode
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 
 
 class Emission(Effect):

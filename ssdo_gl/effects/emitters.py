@@ -6,9 +6,8 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.request import Request, overridden
+from ssdo_gl.effects.request import Decision, Request, overridden
 from ssdo_gl.effects.scene_lights import has_glow, takes_stand_ins
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec

@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import moderngl
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.moving_rays import (
     FRAMES_TO_ASK,
@@ -18,7 +17,7 @@ from ssdo_gl.effects.moving_rays import (
 )
 from ssdo_gl.effects.near_field import receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import drawing_into, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts

@@ -6,10 +6,9 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.near_field import filtered
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.scene_lights import has_glow
 from ssdo_gl.effects.sender_bound import sender_bound
 from ssdo_gl.graph.frame import Frame

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.effects.request import Decision, Request, Shortcut
 from ssdo_gl.scene.light_bodies import approximations
 
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ssdo_gl.effects.ambient import combine_of, need_of_visibility
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, described
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_settings, filtered
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec

@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.effects.effect import ImageSource
+from ssdo_gl.effects.request import Decided
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
 

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decided, Request
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.last_made import LastMade, MadeOfEach, are_same

@@ -6,9 +6,8 @@ import dataclasses
 from collections.abc import Iterable
 
 from ssdo_gl.effects import registry
-from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decided, Decision, Request
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.composite import CompositePass, OcclusionMode
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.request import Decision
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.headless.explain import (
     Explanation,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.effects.decisions import Decided
+from ssdo_gl.effects.request import Decided
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment

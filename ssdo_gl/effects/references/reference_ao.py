@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ssdo_gl.effects.ambient import combine_of, need_of_visibility
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.methods import REFERENCES
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.composite import OcclusionMode

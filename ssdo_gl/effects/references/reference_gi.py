@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, emitters_of

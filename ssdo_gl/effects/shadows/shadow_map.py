@@ -8,9 +8,8 @@ from typing import ClassVar
 
 import moderngl
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.shadows.map_faces import Face, atlas_size, faces_of
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size, unread_maps
 from ssdo_gl.gpu.texture import drawing_into, make_texture

@@ -6,10 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.scene_lights import need_of_direct_light
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec

@@ -9,9 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec

@@ -10,10 +10,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.registry import registered
-from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
