@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.draw_bands import DrawBands
+from ssdo_gl.gpu.fullscreen import DrawBands
 from ssdo_gl.gpu.geometry import CLIP_MARGIN, CameraPose
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.timer import Timer
@@ -19,7 +19,7 @@ from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import checked_camera, checked_images
-from ssdo_gl.images.jitter import jitter
+from ssdo_gl.images.average import jitter
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.planning.planner import FramePlan, Planner

@@ -17,8 +17,7 @@ from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import asked_scene, checked_images
-from ssdo_gl.images.average import ImageAverage
-from ssdo_gl.images.jitter import middle_index
+from ssdo_gl.images.average import ImageAverage, middle_index
 from ssdo_gl.images.metering import FRAMED_MOST_RAISED, measured_exposure
 from ssdo_gl.images.surface_arrays import (
     Image,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.gpu.draw_bands import FIRST_PIXELS, SLICE_MS, DrawBands
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.fullscreen import FIRST_PIXELS, SLICE_MS, DrawBands, draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.renderer import Renderer

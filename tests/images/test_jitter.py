@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.images.jitter import jitter
+from ssdo_gl.images.average import jitter
 
 
 @pytest.mark.parametrize("count", [1, 2, 4, 16, 64])

@@ -12,8 +12,8 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.images.average import middle_index
 from ssdo_gl.images.display import ColorMapping
-from ssdo_gl.images.jitter import middle_index
 from ssdo_gl.render_result import Drawing, Plane
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera

@@ -15,13 +15,12 @@ import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.file_camera import FileCamera
+from ssdo_gl.scene.formats.gltf.allowed import check_extensions, misplaced
 from ssdo_gl.scene.formats.gltf.animation import read_channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
 from ssdo_gl.scene.formats.gltf.draco import unpack
-from ssdo_gl.scene.formats.gltf.extensions import check_extensions
 from ssdo_gl.scene.formats.gltf.geometry import read_points, read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
-from ssdo_gl.scene.formats.gltf.misplaced import misplaced
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
 from ssdo_gl.scene.formats.gltf.poses import Poses
 from ssdo_gl.scene.formats.gltf.ranges import Ranges

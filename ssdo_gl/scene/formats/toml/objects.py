@@ -15,9 +15,13 @@ from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats import read_model
 from ssdo_gl.scene.formats.toml.materials import file_beside
-from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_in_place
 from ssdo_gl.scene.formats.toml.placed_shapes import FORM_KEYS, read_form
-from ssdo_gl.scene.formats.toml.scene_tables import SHADOWS
+from ssdo_gl.scene.formats.toml.scene_tables import (
+    MOTION_TABLE,
+    SHADOWS,
+    read_motion,
+    spins_in_place,
+)
 from ssdo_gl.scene.geometry import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.material import Material

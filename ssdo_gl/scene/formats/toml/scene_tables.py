@@ -1,4 +1,4 @@
-"""The [camera], [environment], [render] and [[light]] tables."""
+"""The [camera], [environment], [render] and [[light]] tables, and motions in any of them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any, cast, get_args
 
+from ssdo_gl.math3d import Vector
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.environment import (
@@ -19,11 +20,45 @@ from ssdo_gl.scene.environment import (
 )
 from ssdo_gl.scene.files import Table, read_radiance_map
 from ssdo_gl.scene.formats.toml.materials import file_beside
-from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion
 from ssdo_gl.scene.lights import KINDS, Shadow
+from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import SettingError, describe, from_file
 from ssdo_gl.settings.settings import LONGEST, MAX_EXPOSURE_EV, SHORTEST, Settings
+
+MOTION_TABLE = "animate"
+KEYS = ("spin", "pivot", "orbit", "orbit_center", "sway", "period")
+# Seconds; at the largest time that may be asked for, the phase is still a number.
+_SHORTEST_PERIOD = 1e-6
+_ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+def read_motion(table: Table, center: Vector) -> Motion | None:
+    """Return the motion of an object or light whose middle is `center`, if it has one.
+
+    `spin` turns about `pivot`, which is `center` unless the file says otherwise.
+    """
+    animate = table.table(MOTION_TABLE)
+    if animate is None:
+        return None
+    animate.allow(*KEYS)
+    motion = Motion(
+        spin=animate.vector("spin", _ZERO),
+        orbit=animate.vector("orbit", _ZERO),
+        pivot=animate.vector("pivot", center),
+        orbit_center=animate.vector("orbit_center", _ZERO),
+        sway=animate.vector("sway", _ZERO),
+        period=animate.number("period", 4.0, low=_SHORTEST_PERIOD),
+    )
+    moves = any(motion.spin) or any(motion.orbit) or any(motion.sway)
+    return motion if moves else None
+
+
+def spins_in_place(table: Table) -> bool:
+    """Return whether each copy of the object turns about its own middle."""
+    animate = table.table(MOTION_TABLE)
+    return animate is not None and "pivot" not in animate and any(animate.vector("spin", _ZERO))
+
 
 # What a camera has that was not placed by a file.
 USUAL_FOV_Y = 40.0

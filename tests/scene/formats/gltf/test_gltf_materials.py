@@ -12,7 +12,7 @@ from documentation.pages import ROOT
 from glb_writer import MIRROR, GlbWriter, load
 from image_bytes import png_uri
 
-from ssdo_gl.scene.formats.gltf.extensions import EXTENSIONS
+from ssdo_gl.scene.formats.gltf.allowed import EXTENSIONS
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene, SceneError
 
