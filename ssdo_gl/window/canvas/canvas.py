@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,9 @@ from ssdo_gl.render_result import Drawing
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.material_edits import material_at, material_name
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.pass_settings import overrides_from_table
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import direction_point
-from ssdo_gl.window.canvas.chosen import Chosen
 from ssdo_gl.window.canvas.presenter import Presenter
 from ssdo_gl.window.canvas.side import Side
 from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, surface_point
@@ -37,11 +37,12 @@ FOLLOW_MS = 16.0
 LEAST_SHARE = 0.4
 
 
-class Canvas(SceneFlight, Chosen):
+class Canvas(SceneFlight):
     """Draws a scene with the methods of a view.
 
     Parameters
     ----------
+    presets : mapping of name to fields of Settings
     budget_ms : float or None
         What a frame may take while something moves; None: whatever it needs.
     measured : sequence of mapping
@@ -51,6 +52,10 @@ class Canvas(SceneFlight, Chosen):
 
     Attributes
     ----------
+    settings : Settings
+        The method is that of `view`.
+    read_preset : callable or None
+        Returns the fields of Settings in a file.
     is_inspecting, shows_histogram, times_passes : bool
         What besides the picture has to be made for somebody who looks at it.
     monitor : Monitor
@@ -76,8 +81,11 @@ class Canvas(SceneFlight, Chosen):
         shaders: ShaderLibrary | None,
         shared: SharedScene | None,
     ) -> None:
-        SceneFlight.__init__(self, folder)
-        Chosen.__init__(self, settings, presets)
+        super().__init__(folder)
+        self.settings = settings
+        self.view = View(method=settings.method)
+        self.presets = presets
+        self.read_preset: Callable[[str], Mapping[str, Any]] | None = None
         self.device = device
         self.shaders = shaders or ShaderLibrary(device.gl, computes=device.computes)
         self.presenter = Presenter(device, self.shaders)
@@ -116,6 +124,33 @@ class Canvas(SceneFlight, Chosen):
     def has_drawing(self) -> bool:
         """Whether there is a frame whose depth and images can be read."""
         return self.left is not None and self.left.image.drawing is not None
+
+    def choose_preset(self, name: str) -> None:
+        """Take over what a preset sets; the method stays, unless the preset is one.
+
+        Raises
+        ------
+        SettingError
+            If a value is out of range; the settings then stay as they are.
+        """
+        self.settings = self._with_preset(self.presets[name])
+        self.view = dataclasses.replace(self.view, method=self.settings.method)
+
+    def add_preset(self, name: str, fields: Mapping[str, Any]) -> None:
+        """Offer a preset and take it over; raises SettingError as `choose_preset` does."""
+        self._with_preset(fields)
+        self.presets = {**self.presets, name: fields}
+        self.choose_preset(name)
+
+    def _with_preset(self, fields: Mapping[str, Any]) -> Settings:
+        method = fields.get("method", self.view.method)
+        overrides_from_table(fields.get("overrides", {}))
+        return settings_of(dataclasses.replace(self.settings, **fields), method).checked()
+
+    def choose_method(self, method: str) -> None:
+        """Show another method; an estimator that it does not know is dropped."""
+        self.view = dataclasses.replace(self.view, method=method)
+        self.settings = settings_of(self.settings, method)
 
     def pick(self, uv: tuple[float, float]) -> Vector | None:
         """Return the world-space point under a place of the picture, 0..1 from the top left."""
