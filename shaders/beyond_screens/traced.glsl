@@ -104,7 +104,10 @@ vec4 light_around(BvhHit hit, Surface met, vec3 w, uint index, inout ivec2 surfe
 vec3 emitted(Surface met, BvhHit hit, MirrorPath path, bool is_first)
 {
     bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
-#if GLOW_IS_DIRECT
+#if GLOW_IS_DIRECT && SUMS_PANELS
+    if (is_first && glow_place(hit).x >= 0)
+        return vec3(0.0);
+#elif GLOW_IS_DIRECT
     if (is_first && met.mean_emission > 0.0) {
         ivec2 texel = receiver_texel(ivec2(gl_FragCoord.xy));
         float chosen = glow_density(lit_point_of_lobe(path.start, texel), hit, met);

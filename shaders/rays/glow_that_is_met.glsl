@@ -14,12 +14,19 @@ ivec2 cell_at(Emitter e, vec3 p, int per_side)
     return clamp(ivec2(place), ivec2(0), ivec2(per_side - 1));
 }
 
+// Which emitter of the tree a ray has met, or the first of its cells, and their number along an edge;
+// below 0: none.
+ivec2 glow_place(BvhHit hit)
+{
+    int slot = int(bvh_texel(hit.record, 3).x) * 2 + (hit.is_second ? 1 : 0);
+    return texelFetch(t_glow_places, row_address(slot), 0).xy;
+}
+
 // Density over solid angle with which points of what a ray has met are chosen; -1 where it is not
 // of the tree.
 float glow_density(LitPoint r, BvhHit hit, Surface met)
 {
-    int slot = int(bvh_texel(hit.record, 3).x) * 2 + (hit.is_second ? 1 : 0);
-    ivec2 place = texelFetch(t_glow_places, row_address(slot), 0).xy;
+    ivec2 place = glow_place(hit);
     if (place.x < 0) {
         return -1.0;
     }

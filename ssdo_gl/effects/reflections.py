@@ -30,6 +30,7 @@ from ssdo_gl.passes.rays import (
     ray_reads,
     ray_uniforms,
     stream_of,
+    tree_of,
     tree_uniforms,
 )
 from ssdo_gl.passes.screen_space_settings import (
@@ -47,6 +48,8 @@ SMOOTH = 0.4
 # How wide a lobe is, times what normals turn by from pixel to pixel, in which rays leave as much
 # noise as the filter's blur; of glowing bodies points tell, too, with less.
 CURVE_WIDTHS = {False: 4, True: 2}
+# Where more panels glow, their highlights come by points and rays of the lobe, which is noisier.
+MOST_SUMMED = 128
 
 
 @dataclass(frozen=True)
@@ -184,8 +187,11 @@ class ReflectionsPass(RenderPass):
             del defines["GLOSSY"]
             defines["MIRROR_BOUNCES"] = self.settings.mirror_bounces
             values |= {**ray_uniforms(context), "u_stream": stream_of(context.frame.seed, 0)}
+            defines["SUMS_PANELS"] = 0
             if self._rays.glow_is_direct:
                 values |= {**tree_uniforms(context), "u_glow_rays": self.settings.glow_rays}
+                count = tree_of(context).panel_count
+                defines["SUMS_PANELS"] = int(0 < count <= MOST_SUMMED)
             beyond = "beyond_screens/traced.glsl"
         program = context.shaders.fullscreen(
             "effects/reflections.frag", defines, {"beyond_screen": beyond}
