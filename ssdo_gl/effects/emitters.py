@@ -36,10 +36,9 @@ from ssdo_gl.settings.fields import setting
 
 SURFACES = ("z_vs", "normals_vs")
 # In pixels on the surface, times the root of the frames of a picture: half of what comes from so
-# near a body is not filtered. docs/far-field-experiments.md has other numbers.
+# near a body is not filtered. docs/far-field-lights.md has other numbers.
 NEAR_REACH = 0.5
-# Of light, in its variance, which rays drawn apart have. docs/far-field-experiments.md has other
-# numbers.
+# Of light, in its variance, which rays drawn apart have; others: docs/far-field-lights.md.
 NOISE_TOLERANCE = 3.0
 
 

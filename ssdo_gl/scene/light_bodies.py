@@ -77,7 +77,7 @@ def _many_panels(scene: Scene) -> frozenset[int]:
 def has_crowd_of_panels(scene: Scene) -> bool:
     """Return whether bodies are left over of which no lights were made, as panels are so many.
 
-    docs/far-field-experiments.md has what they took as exact lights.
+    docs/far-field-lights.md has what they took as exact lights.
     """
     is_over = any(
         item.light is None and scene.materials[item.material].emits for item in scene.objects
