@@ -73,23 +73,38 @@ vec3 gloss_of_four_points(Brdf brdf, LitPoint r, Panel panel)
     return sum;
 }
 
-// If nothing stands before them.
-vec3 gloss_of_panels(Brdf brdf, LitPoint r, Lobe lobe)
+// If nothing stands before them. `picked`: four entries, each the likelier the more comes from it, by
+// as many numbers in [0, 1).
+vec3 gloss_of_panels(Brdf brdf, LitPoint r, Lobe lobe, vec4 chance, out vec4 picked)
 {
     vec3 sum = vec3(0.0);
+    float total = 0.0;
+    picked = vec4(-1.0);
     for (int i = 0; i < u_tree_count; ++i) {
-        Panel panel = panel_before(texelFetch(t_glow_order, row_address(i), 0).x, r);
+        int entry = texelFetch(t_glow_order, row_address(i), 0).x;
+        Panel panel = panel_before(entry, r);
         bool is_even = is_evenly_seen(panel, lobe_on_plane(lobe, panel.middle, panel.u, panel.v));
+        vec3 reflected = vec3(0.0);
         // Loops, because a software renderer goes through branches that none of its pixels take.
         for (int k = panel.is_lit && is_even ? 1 : 0; k > 0; --k)
-            sum += panel.radiance * gloss_of_four_points(brdf, r, panel);
+            reflected = panel.radiance * gloss_of_four_points(brdf, r, panel);
         for (int k = panel.is_lit && !is_even ? 1 : 0; k > 0; --k)
-            sum += panel.radiance * gloss_of_rectangle(brdf, panel.middle, panel.u, panel.v, r.normal, r.w_out);
+            reflected = panel.radiance * gloss_of_rectangle(brdf, panel.middle, panel.u, panel.v, r.normal, r.w_out);
+        sum += reflected;
+        float more = dot(reflected, vec3(1.0));
+        total += more;
+        float part = more / max(total, 1e-30);
+        bvec4 takes = lessThan(chance, vec4(part));
+        picked = mix(picked, vec4(entry), takes);
+        // What is left of each number is one again.
+        chance = mix((chance - part) / max(1.0 - part, 1e-7), chance / max(part, 1e-30), takes);
+        chance = clamp(chance, 0.0, 1.0 - FLOAT_EPSILON);
     }
     return sum;
 }
 
-// Mean radiance that the lobe of a pixel takes in from panels.
+// Mean radiance that the lobe of a pixel takes in from panels: all that it reflects of them, as far as
+// it arrives.
 vec3 glow_in_lobe(ivec2 texel, Brdf brdf, bool is_met)
 {
     RaySurface surface = ray_surface_at(texel);
@@ -97,32 +112,31 @@ vec3 glow_in_lobe(ivec2 texel, Brdf brdf, bool is_met)
     vec3 whole = layer_reflectance(brdf, cosine_out(r.normal, r.w_out));
     Lobe lobe = lobe_of(r.normal, r.w_out, cosine_out(r.normal, r.w_out), r.alpha);
     uint first = first_point(texel, u_glow_rays);
+    vec4 picked;
+    vec4 chance = vec4(0.0, 1.0, 2.0, 3.0) + random_2d(first, u_stream, 2u, false).x;
+    chance /= float(min(u_glow_rays, 4));
+    vec3 sum = gloss_of_panels(brdf, r, lobe, chance, picked);
     vec3 sent = vec3(0.0);
     vec3 arriving = vec3(0.0);
     for (int i = 0; i < u_glow_rays; ++i) {
-        vec2 choice = random_2d(first + uint(i), u_stream, 2u, false);
-        vec2 u = random_2d(first + uint(i), u_stream, 3u, false);
-        float probability;
-        int entry = draw_from_tree(r, choice, probability);
+        int entry = int(picked[i & 3]);
         if (entry < 0)
             continue;
         Panel panel = panel_before(entry, r);
         vec4 seen = seen_of_rectangle(lobe_on_plane(lobe, panel.middle, panel.u, panel.v));
-        vec2 size = seen.zw - seen.xy;
-        vec2 place = seen.xy + u * size;
+        vec2 u = random_2d(first + uint(i), u_stream, 3u, false);
+        vec2 place = mix(seen.xy, seen.zw, u);
         vec3 to_point = panel.middle + place.x * panel.u + place.y * panel.v;
-        float inverse = inversesqrt(max(dot(to_point, to_point), 1e-30));
-        vec3 w = to_point * inverse;
-        float solid_angle = abs(dot(cross(panel.u, panel.v), w)) * inverse * inverse * size.x * size.y;
-        vec3 response = gloss_times_cosine(brdf, r.normal, r.w_out, w);
+        float distance = length(to_point);
+        vec3 w = to_point / max(distance, 1e-30);
         bool is_above = surface.is_smooth || dot(w, surface.geometric) > 0.0;
-        vec3 light = panel.is_lit && is_above ? response * panel.radiance * (solid_angle / probability) : vec3(0.0);
-        float reach = is_dark(light) ? -1.0 : reach_toward_light(1.0 / inverse);
+        vec3 light = is_above && dot(w, r.normal) > 0.0 ? panel.radiance : vec3(0.0);
+        light /= max(dot(light, vec3(1.0)), 1e-30);
         sent += light;
+        float reach = is_dark(light) ? -1.0 : reach_toward_light(distance);
         arriving += light_is_blocked(surface, w, reach) ? vec3(0.0) : light;
     }
-    vec3 share = arriving / max(sent, vec3(1e-30));
-    return gloss_of_panels(brdf, r, lobe) * share / max(whole, vec3(1e-4));
+    return sum * (arriving / max(sent, vec3(1e-30))) / max(whole, vec3(1e-4));
 }
 #else
 // Mean radiance that the lobe of a pixel takes in from points of glowing bodies. `is_met`: rays of
