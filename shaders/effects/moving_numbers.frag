@@ -12,8 +12,7 @@ uniform int u_outline_rays;     // of pixels around which little of their surfac
 uniform int u_lost_rays;        // at most, of pixels whose surface the last frame shows little of
 uniform int u_few_rays;         // of all others
 
-layout(location = 0) out int o_number;    // negative: a neighbour may shade it; 0: none
-layout(location = 1) out vec4 o_surface;  // for the next frame: as t_past_surfaces
+layout(location = 0) out int o_number;  // negative: a neighbour may shade it; 0: none
 
 #if HAS_PAST
 // How much of the surface at `texel` the last frame shows, of the four texels around.
@@ -34,7 +33,6 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     o_number = 0;
-    o_surface = vec4(gbuffer_z_vs(texel), 0.0, texelFetch(t_normals_vs, texel, 0).xy);
     if (gbuffer_z_vs(texel) <= 0.0 || texel % u_receiver_stride != ivec2(0))
         return;
     bool is_edge = may_be_shaded(texel);

@@ -11,12 +11,14 @@
 #include "lib/ray_blocks.glsl"
 #include "rays/arriving.glsl"
 
+uniform float u_sky;             // its mean radiance
 uniform int u_receiver_stride;  // pixels from one that light is gathered at to the next
 
-// As lib/own_rays.glsl says.
+// As lib/own_rays.glsl says; o_near.a is negative where the place is.
 layout(location = 0) out int o_place;
 layout(location = 1) out vec4 o_far;
 layout(location = 2) out vec4 o_near;
+layout(location = 3) out vec2 o_light;  // as t_own_light of effects/moving_guide.frag
 
 void main()
 {
@@ -24,6 +26,7 @@ void main()
     o_place = 0;
     o_far = vec4(0.0);
     o_near = vec4(0.0);
+    o_light = vec2(0.0);
     if (gbuffer_z_vs(texel) <= 0.0 || texel % u_receiver_stride != ivec2(0))
         return;
     vec3 p_vs = gbuffer_position_vs(texel);
@@ -59,5 +62,7 @@ void main()
     // A ratio, which is exact where all of the sky is open.
     float open = sums.open_sky / max(sums.open_sky + sums.blocked_sky, 1e-37);
     o_far = vec4(far, open);
-    o_near = vec4(near, centre_z_vs(texel, p_vs, geometric_vs));
+    float z = centre_z_vs(texel, p_vs, geometric_vs);
+    o_near = vec4(near, is_edge ? -z : z);
+    o_light = vec2(dot(far + near, vec3(1.0 / 3.0)) + u_sky * open, is_edge ? -1.0 : 1.0);
 }

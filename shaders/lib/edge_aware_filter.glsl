@@ -1,7 +1,7 @@
 // One stage of the edge-aware filter: removes the estimators' noise without mixing across edges,
 // and brings images of half size to full size.
 //
-// Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy; SIGNAL_COUNT 1 or 2 images of one
+// Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy, 4 apart; SIGNAL_COUNT 1 or 2 images of one
 // size, filtered side by side: what weighs a tap is looked up once;
 // IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
 // Z_SIGNALS: bit i says that the channel after the value of signal i is z, else it is
@@ -12,7 +12,8 @@
 // among the values says which have them (1), or an image does (2); 0: none has;
 // IS_OF_GLOSS: the values are what gloss reflects;
 // TAP_RADIUS: taps on each side; USE_NORMALS; IS_VERTICAL: the axis of a separable stage;
-// STRIDE: texels of the frame per pixel of the values;
+// STRIDE: texels of the frame per pixel of the values; STEP: pixels of the values from one tap to
+// the next of a stage apart;
 // KNOWS_NOISE 1: separable; it is known how noisy the light of pixels is: those whose light differs
 // by more than that are on another level of light and count less, whatever the surface.
 //
@@ -27,6 +28,7 @@
 #define STAGE_UPSAMPLE 1
 #define STAGE_BOX 2
 #define STAGE_COPY 3
+#define STAGE_APART 4
 // Of light whose noise is more than its change beside joints, as that of gloss, it makes more.
 #define FITS_LINE (STAGE == STAGE_SEPARABLE && !IS_OF_GLOSS)
 
@@ -330,6 +332,13 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
         vec2 away = float(i * STRIDE) * vec2(axis);
         add_tap(sums, c, pixel + i * axis, away, size, float(trapezoid), float(i));
     } while (++i <= TAP_RADIUS);
+#elif STAGE == STAGE_APART
+    for (int i = 0; i < 9; ++i) {
+        ivec2 step_px = ivec2(i % 3, i / 3) - 1;
+        float near = 1.0 + 0.25 * float(step_px.x * step_px.x + step_px.y * step_px.y);
+        vec2 away = float(STEP * STRIDE) * vec2(step_px);
+        add_tap(sums, c, pixel + STEP * step_px, away, size, 1.0 / (near * near), 0.0);
+    }
 #elif STAGE == STAGE_BOX
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x)

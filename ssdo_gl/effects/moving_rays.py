@@ -8,22 +8,26 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
+from ssdo_gl.effects.moving_light import averaged, guide_of, of_past
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import Dtype
 from ssdo_gl.passes.environment_uniforms import environment_uniforms
-from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.passes.far_probes import FarFieldSettings, mean_radiance
 from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
 from ssdo_gl.passes.surfels import bright_reads, pieces_of
-from ssdo_gl.passes.temporal import is_framed_alike, versions
-from ssdo_gl.passes.temporal import uniforms as past_uniforms
+from ssdo_gl.passes.temporal import is_framed_alike
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
 # Channels of the pixel's place, and of the light gathered from beyond R and within.
 FORMATS: tuple[tuple[int, Dtype], ...] = ((1, "i4"), (4, "f4"), (4, "f4"))
+# Of all light together, and whose rays it was found by.
+LIGHT_FORMAT: tuple[int, Dtype] = (2, "f4")
+# How many frames tell how bright pixels are, and where more than the camera moves.
+GUIDE_FRAMES, BRIEF_GUIDE_FRAMES = 16, 3
 
 # From this variance of rays on, few of them are noisier than what is looked up in probes.
 MOST_VARIANCE = 1.5
@@ -74,6 +78,7 @@ class RayCounts(NamedTuple):
     at_outlines: int
     where_lost: int  # at most, where the last frame shows little of their surface
     aimed: int  # at bright pieces
+    is_brief: bool  # few frames are averaged
 
 
 def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> RayCounts:
@@ -91,9 +96,10 @@ def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> RayCounts:
         # As many as at rest: 1.1 times the temporal error, in .94 of a frame's time (carousel).
         few = max(few, 3 * settings.pixel_rays // 2)
         most = max(few, many, 3 * settings.edge_rays // 2)
-        return RayCounts(few, most, few, lost, settings.aimed_rays)
+        return RayCounts(few, most, few, lost, settings.aimed_rays, is_brief)
     outline = max(few, settings.moving_outline_rays)
-    return RayCounts(few, max(few, many), outline, lost, -(-settings.aimed_rays // 4))
+    aimed = -(-settings.aimed_rays // 4)
+    return RayCounts(few, max(few, many), outline, lost, aimed, is_brief)
 
 
 def moving_rays(
@@ -118,8 +124,11 @@ def moving_rays(
         What the last frame has seen.
     """
     frame = context.frame
-    made = tuple(make_texture(context.gl, frame.view.size, *form) for form in FORMATS)
-    numbers, seen = _numbers_of_rays(context, radius, counts, stride, past)
+    forms = (*FORMATS, LIGHT_FORMAT)
+    made = [make_texture(context.gl, frame.view.size, *form) for form in forms]
+    has_past = past is not None and is_framed_alike(past.view, frame.view)
+    past = past if has_past else None
+    numbers = _numbers_of_rays(context, radius, counts, stride, past)
     defines = {
         **ray_defines(context, features),
         "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
@@ -130,23 +139,26 @@ def moving_rays(
         **environment_uniforms(frame),
         "u_radius_ns": radius_ns(radius, context),
         "u_stream": stream_of(frame.pattern, 0),
+        "u_sky": mean_radiance(frame.scene.environment),
         "u_receiver_stride": stride,
     }
     if pieces := pieces_of(context):
         uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": counts.aimed}
     textures = {**textures_of(context, reads), **bright_reads(context), "t_numbers": numbers}
     fill(context, made, "effects/moving_rays.frag", defines, uniforms, textures)
-    return made, seen
+    places, far, near, light = made
+    most_frames = BRIEF_GUIDE_FRAMES if counts.is_brief else GUIDE_FRAMES
+    seen = guide_of(context, light, stride, past, most_frames)
+    far, near = averaged(context, far, near, seen.guide, stride)
+    return (places, far, near), seen
 
 
 def _numbers_of_rays(
     context: PassContext, radius: float, counts: RayCounts, stride: int, past: SeenSurfaces | None
-) -> tuple[moderngl.Texture, SeenSurfaces]:
-    """Return how many rays each pixel traces, negative at contacts, and what the frame sees."""
+) -> moderngl.Texture:
+    """Return how many rays each pixel traces, negative at contacts."""
     frame = context.frame
     numbers = make_texture(context.gl, frame.view.size, 1, "i4")
-    surfaces = make_texture(context.gl, frame.view.size, 4, "f4")
-    seen = SeenSurfaces(surfaces, frame.view, versions(frame))
     uniforms: dict[str, object] = {
         **frame.view.uniforms(),
         "u_radius": radius,
@@ -154,14 +166,12 @@ def _numbers_of_rays(
         "u_few_rays": counts.few,
         "u_many_rays": counts.at_contacts,
         "u_outline_rays": counts.at_outlines,
+        "u_lost_rays": counts.where_lost,
     }
     textures = textures_of(context, ("z_vs", "normals_vs"))
-    has_past = past is not None and is_framed_alike(past.view, frame.view)
-    if past is not None and has_past:
-        is_still = past.versions == seen.versions
-        uniforms |= past_uniforms(frame, past.view, is_still=is_still)
-        uniforms["u_lost_rays"] = counts.where_lost
+    if past is not None:
+        uniforms |= of_past(frame, past)
         textures["t_past_surfaces"] = past.texture
-    shader, defines = "effects/moving_numbers.frag", {"HAS_PAST": int(has_past)}
-    fill(context, (numbers, surfaces), shader, defines, uniforms, textures)
-    return numbers, seen
+    defines = {"HAS_PAST": int(past is not None)}
+    fill(context, [numbers], "effects/moving_numbers.frag", defines, uniforms, textures)
+    return numbers

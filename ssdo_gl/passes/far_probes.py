@@ -65,7 +65,7 @@ class FarFieldSettings:
         high=64,
     )
     moving_edge_rays: int = setting(
-        12,
+        8,
         "the same where a neighbour in front may shade, no fewer than others have",
         unit="rays",
         low=0,

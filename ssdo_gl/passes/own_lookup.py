@@ -23,12 +23,15 @@ class SeenSurfaces:
     Attributes
     ----------
     texture : Texture
-        z, and the code of the shading normal, of each pixel.
+        z, frames averaged, and the code of the shading normal, of each pixel.
+    guide : Texture
+        Light that these frames have found there, and its variance.
     versions : tuple of hashable
         Of bodies, lights and environment.
     """
 
     texture: moderngl.Texture
+    guide: moderngl.Texture
     view: FrameView
     versions: tuple[Hashable, ...]
 

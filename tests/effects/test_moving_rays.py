@@ -278,17 +278,17 @@ def test_beside_bodies_that_move_pixels_have_half_as_many_rays_again_as_at_rest(
     assert drawn == ["probes", *3 * ["pixels"]]
     chosen = FarFieldSettings()
     few, many = 1.5 * chosen.pixel_rays, 1.5 * chosen.edge_rays
-    assert set(counts) == {(few, many, few, chosen.moving_lost_rays, chosen.aimed_rays)}
+    assert set(counts) == {(few, many, few, chosen.moving_lost_rays, chosen.aimed_rays, True)}
 
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=2, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5, 16, 16, 1)
-    assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 16, 4)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 16, 16, 1, False)
+    assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 16, 4, True)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
         *(chosen.moving_rays, chosen.moving_edge_rays),
-        *(chosen.moving_outline_rays, chosen.moving_lost_rays, 1),
+        *(chosen.moving_outline_rays, chosen.moving_lost_rays, 1, False),
     )
 
 
@@ -306,7 +306,7 @@ def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.Monk
     with Renderer(STAIRS, settings(**{"far_field.moving_lost_rays": 32})) as renderer:
         for step in (0.0, 0.01, 0.02, 20.0):
             renderer.draw(("beauty",), camera=moved(step))
-        for numbers, _ in made:
+        for numbers in made:
             found = abs(np.frombuffer(numbers.read(), np.int32))
             shares.append(float((found[found > 0] == 32).mean()))
     # The first frame has probes, and the second knows of no surface of one before.

@@ -1,0 +1,86 @@
+"""Light of per-pixel rays in motion, averaged over pixels that are in the same light."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.passes.own_lookup import SeenSurfaces
+from ssdo_gl.passes.own_textures import fill, textures_of
+from ssdo_gl.passes.surfels import pieces_of
+from ssdo_gl.passes.taps_apart import apart_defines, apart_uniforms
+from ssdo_gl.passes.temporal import uniforms as past_uniforms
+from ssdo_gl.passes.temporal import versions
+
+# Pixels from one of 3 x 3 taps to the next; the filter of all that is shown closes the gaps. Where
+# little is so bright that rays are aimed at it, what others meet by chance is less even.
+STEPS, UNEVEN_STEPS = (4,), (1, 2, 4)
+# Squared differences of what two pixels are known to receive, in the variance of both, from which
+# on they are in other light.
+TOLERANCE = 1.0
+SURFACES = ("z_vs", "normals_vs")
+
+
+def of_past(frame: Frame, past: SeenSurfaces) -> dict[str, object]:
+    """Return the uniforms of `lib/past_surfaces.glsl`."""
+    return past_uniforms(frame, past.view, is_still=past.versions == versions(frame))
+
+
+def guide_of(
+    context: PassContext,
+    light: moderngl.Texture,
+    stride: int,
+    past: SeenSurfaces | None,
+    most_frames: int,
+) -> SeenSurfaces:
+    """Return how bright pixels are known to be, by this frame and those before.
+
+    Parameters
+    ----------
+    light : Texture
+        What pixels have gathered, as `effects/moving_rays.frag` writes it.
+    stride : int
+        Pixels from one that light is gathered at to the next.
+    past : SeenSurfaces or None
+        What the last frame has seen, framed alike.
+    most_frames : int
+        Averaged at most.
+    """
+    frame = context.frame
+    guide = make_texture(context.gl, frame.view.size, 2, "f4")
+    surfaces = make_texture(context.gl, frame.view.size, 4, "f4")
+    uniforms: dict[str, object] = {**frame.view.uniforms(), "u_receiver_stride": stride}
+    textures = {**textures_of(context, SURFACES), "t_own_light": light}
+    if past is not None:
+        uniforms |= {**of_past(frame, past), "u_most_frames": float(most_frames)}
+        textures |= {"t_past_surfaces": past.texture, "t_past_guide": past.guide}
+    defines = {"HAS_PAST": int(past is not None)}
+    fill(context, (guide, surfaces), "effects/moving_guide.frag", defines, uniforms, textures)
+    return SeenSurfaces(surfaces, guide, frame.view, versions(frame))
+
+
+def averaged(
+    context: PassContext,
+    far: moderngl.Texture,
+    near: moderngl.Texture,
+    guide: moderngl.Texture,
+    stride: int,
+) -> tuple[moderngl.Texture, moderngl.Texture]:
+    """Return light from beyond R and from within, averaged over pixels in the same light.
+
+    The frames before tell what is the same light, not the few rays of this one: what these have
+    found by chance would else choose its neighbours, and light that is rare be lost.
+    """
+    size = context.frame.view.size
+    steps = STEPS if pieces_of(context) is None else UNEVEN_STEPS
+    for number, step in enumerate(steps):
+        made = [make_texture(context.gl, size, 4, "f4") for _ in range(2)]
+        textures = {**textures_of(context, SURFACES), "t_light": guide}
+        textures |= {"t_value_0": far, "t_value_1": near}
+        defines = apart_defines(step * stride, is_first=number == 0)
+        uniforms = apart_uniforms(context.frame, step * stride, TOLERANCE)
+        fill(context, made, "passes/edge_aware_filter.frag", defines, uniforms, textures)
+        far, near = made
+    return far, near
