@@ -9,12 +9,7 @@ from typing import ClassVar
 import moderngl
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.moving_rays import (
-    FRAMES_TO_ASK,
-    MOST_VARIANCE,
-    traces_in_motion,
-    variance_of_rays,
-)
+from ssdo_gl.effects.moving_rays import traces_in_motion
 from ssdo_gl.effects.near_field import receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Decision, Request
@@ -29,7 +24,6 @@ from ssdo_gl.passes.far_probes import (
     FAR_RADIANCE,
     FarFieldSettings,
     ProbeRays,
-    mean_radiance,
 )
 from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import (
@@ -39,7 +33,7 @@ from ssdo_gl.passes.rays import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfels import BRIGHT_TABLES, BrightTablesPass, cache_tables, pieces_of
+from ssdo_gl.passes.surfels import BrightTablesPass, cache_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
@@ -82,9 +76,8 @@ class FarProbesPass(RenderPass):
     """Writes `far_radiance`: incident radiance from beyond R, by direction, of each probe.
 
     All frames of a steady view share it: one ray for each direction. In a live frame that has
-    moved a quarter of the probes has its rays. Where probes give way to per-pixel rays none has,
-    but for a quarter now and then, which nobody looks up. At rest all have. While light moves and
-    the view rests, one quarter after the other is traced.
+    moved a quarter of the probes has its rays, or none where probes give way to per-pixel rays. At
+    rest all have. While light moves and the view rests, one quarter after the other is traced.
     """
 
     name = "far_probes"
@@ -110,7 +103,6 @@ class FarProbesPass(RenderPass):
             "z_vs",
             *ray_reads(features, shades=True),
             *cache_tables(features),
-            *(BRIGHT_TABLES[:1] if gives_way and settings.aimed_rays else ()),
         )
         self.steady_reads = ("z_vs",) if is_steady else ()
         domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
@@ -144,18 +136,13 @@ class FarProbesPass(RenderPass):
             # Light that has come to rest is waited for: there are no per-pixel rays before.
             same = replace(same, following=ALL_QUARTERS) if context.is_complete else same
             return context.last[FAR_RADIANCE].texture, same
+        if self._may_give_way and frame.moves > 0 and known is not None:
+            texture = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
+            rays = ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
+            is_brief = not context.is_complete or known.light != light
+            return texture, replace(rays, is_brief=is_brief)
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
         turn: tuple[int, ...] = (frame.moves % len(ALL_QUARTERS),)
-        waits = 0
-        if self._may_give_way and frame.moves > 0 and known is not None:
-            waits = max(known.waits - 1, 0) or self._wait(context, known)
-            if not waits:
-                asks = known.gives_way and frame.moves % FRAMES_TO_ASK == 0
-                size, texels = ((columns, 2 * rows), None) if asks else ((1, 1), 4 * [0.0])
-                texture = make_texture(context.gl, size, 4, "f4", texels)
-                rays = ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
-                is_brief = not context.is_complete or known.light != light
-                return texture, replace(rays, is_brief=is_brief, asked=turn if asks else ())
         # A view that comes to rest begins anew, at once; while it moves, each frame has
         # another quarter and other directions, as those that are averaged should.
         # Probes that each frame has anew can wait for no later one: no frame would be finished.
@@ -163,17 +150,7 @@ class FarProbesPass(RenderPass):
         is_at_rest |= not self.is_steady and frame.moves == 0
         turn = ALL_QUARTERS if is_at_rest else turn
         texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
-        return texture, ProbeRays(source, light, turn, waits=waits)
-
-    def _wait(self, context: PassContext, known: ProbeRays) -> int:
-        """Return for how many frames probes go on, by what the last ones have found."""
-        # What few rays meet others are aimed at: none of what is left is rare.
-        if not any(known.known) or pieces_of(context) is not None:
-            return 0
-        sky = mean_radiance(context.frame.scene.environment)
-        texture = context.last[FAR_RADIANCE].texture
-        uneven = variance_of_rays(texture, known.known, self.settings.directions, sky)
-        return FRAMES_TO_ASK if uneven > MOST_VARIANCE else 0
+        return texture, ProbeRays(source, light, turn)
 
     def _trace(
         self, context: PassContext, texture: moderngl.Texture, regions: Sequence[Region]
@@ -188,8 +165,7 @@ class FarProbesPass(RenderPass):
             "u_radius_ns": radius_ns(self.settings.radius, context),
             "u_stream": stream_of(seed + (frame.moves << 32), 0),
         }
-        reads = [name for name in self.reads if name not in BRIGHT_TABLES]
-        textures = textures_of(context, reads)
+        textures = textures_of(context, self.reads)
         program.set(uniforms)
         with drawing_into(context.gl, texture) as target:
             for region in regions:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import moderngl
-import numpy as np
 
 from ssdo_gl.effects.moving_light import averaged, guide_of, of_past
 from ssdo_gl.gpu.texture import make_texture
@@ -29,45 +27,13 @@ LIGHT_FORMAT: tuple[int, Dtype] = (2, "f4")
 # How many frames tell how bright pixels are, and where more than the camera moves.
 GUIDE_FRAMES, BRIEF_GUIDE_FRAMES = 16, 3
 
-# From this variance of rays on, few of them are noisier than what is looked up in probes.
-MOST_VARIANCE = 1.5
-# After how many frames of a view that moves it is looked at again.
-FRAMES_TO_ASK = 32
-
 
 def traces_in_motion(settings: FarFieldSettings, environment: EnvironmentKind) -> bool:
-    """Return whether pixels trace rays of their own while nothing but the camera moves.
+    """Return whether pixels trace rays of their own while camera or bodies move.
 
-    A few rays do not find the sun of an environment map.
+    A few rays do not find the lamps of a studio in an image of the sky.
     """
     return settings.moving_rays > 0 and environment != "map"
-
-
-def variance_of_rays(
-    radiance: moderngl.Texture, known: Sequence[bool], side: int, sky: float
-) -> float:
-    """Return the relative variance of one ray (over its mean squared), averaged over probes.
-
-    Parameters
-    ----------
-    radiance : Texture
-        `far_radiance`: of each quarter, `side` x `side` texels for each probe.
-    known : (4,) bool
-        Which quarters are.
-    sky : float
-        Its mean radiance.
-    """
-    columns, rows = radiance.width // side, radiance.height // side
-    values = np.frombuffer(radiance.read(), np.float32).reshape(rows, side, columns, side, 4)
-    probes = values.transpose(0, 2, 1, 3, 4).reshape(2, rows // 2, 2, columns // 2, side**2, 4)
-    probes = probes.transpose(0, 2, 1, 3, 4, 5).reshape(4, -1, side**2, 4)[list(known)]
-    probes = probes.reshape(-1, side**2, 4)
-    # Where there is no probe, or it sees nothing but sky, all is 0.
-    probes = probes[probes.any(axis=(1, 2))].astype(np.float64)
-    light = probes[..., :3].mean(axis=-1) + (1.0 - probes[..., 3]) * sky
-    mean = light.mean(axis=1)
-    light, mean = light[mean > 0.0], mean[mean > 0.0]
-    return float(((light**2).mean(axis=1) / mean**2 - 1.0).mean()) if len(mean) else 0.0
 
 
 class RayCounts(NamedTuple):

@@ -116,14 +116,8 @@ class ProbeRays:
         The quarters whose turn is next where none is of that light.
     gives_way : bool
         No probe is looked up, since pixels of a view that moves trace rays of their own.
-    asked : tuple of int
-        Of those that give way, the quarters that are traced none the less: the next frame asks
-        how uneven what they have found is.
     is_brief : bool
         More than the camera moves, so that few frames are averaged.
-    waits : int
-        How many frames of a view that moves have probes until it is asked again whether these are
-        to give way.
     """
 
     source: tuple[Hashable, Hashable]
@@ -132,9 +126,7 @@ class ProbeRays:
     known: tuple[bool, ...] = NOTHING
     fresh: tuple[bool, ...] = NOTHING
     gives_way: bool = False
-    asked: tuple[int, ...] = ()
     is_brief: bool = False
-    waits: int = 0
 
     def of_light(self, light: Hashable) -> ProbeRays:
         """Return the same of another light, of which nothing is known yet."""
@@ -143,7 +135,7 @@ class ProbeRays:
     def turn(self, *, is_live: bool) -> tuple[int, ...]:
         """Return the quarters whose rays are to be traced now."""
         if self.gives_way:
-            return self.asked
+            return ()
         stale = tuple(q for q, fresh in enumerate(self.fresh) if not fresh)
         return self.following if is_live and stale == ALL_QUARTERS else stale
 
