@@ -19,7 +19,7 @@ layout(location = 1) out vec4 o_surface;  // as t_past_surfaces, g: frames avera
 // Distance from a pixel's plane at which another counts a quarter, in footprints of it.
 const float OFF_PLANE = 2.0;
 
-// Mean of the light of the pixel and the four next to it, of the same surface, and the variance of that.
+// Mean of the light of a pixel and the four next to it, of the same surface, and its variance.
 // With the corners, too, nothing is told apart better.
 vec2 light_about(ivec2 texel, vec2 own, float z)
 {

@@ -87,7 +87,7 @@ LEAST_SEVERAL = 4
 # How many times the rays of a frame at rest, which is one of several, a frame in motion sends where
 # a walk through the hierarchy does not tell. Twice as many stand in step with the points of lines:
 # the temporal error of direct light is .0015 for .0006 (cornell_meso).
-RAYS_IN_MOTION = 1.75
+RAYS_IN_MOTION = 1.5
 # Of a walk, records that it looks at before rays take over, for each column of lines: along a strip
 # more stands before it. And those behind slats, where so few rays alias, as lines on walls.
 STEPS, STEPS_BEHIND_SLATS = 24, 256
