@@ -166,6 +166,8 @@ class TemporalPass(RenderPass):
         are the same while an animation moves them.
     has_own_rays : bool
         There are per-pixel rays.
+    camera_alone : bool
+        Frames are averaged only while nothing else moves: the images have sharp shadows.
     """
 
     depends_on = ("view", "geometry", "materials", "lights", "environment", "seed")
@@ -181,9 +183,11 @@ class TemporalPass(RenderPass):
         lit_by: str = "lights",
         *,
         has_own_rays: bool = False,
+        camera_alone: bool = False,
     ) -> None:
         self.name = name
         self.settings = settings
+        self.camera_alone = camera_alone
         self.images = dict(images)
         self.made_from = made_from
         self.unfiltered = unfiltered
@@ -201,6 +205,7 @@ class TemporalPass(RenderPass):
             self.unfiltered,
             self.lit_by,
             self.reads,
+            self.camera_alone,
         )
 
     def execute(self, context: PassContext) -> Produced:
@@ -221,7 +226,7 @@ class TemporalPass(RenderPass):
         """Return how many frames are averaged; `is_long` where the camera alone moves."""
         chosen = self.settings
         if not is_long:
-            return chosen.frames_of_moving_bodies
+            return 0 if self.camera_alone else chosen.frames_of_moving_bodies
         return chosen.frames_of_rays if tell_all(context.facts) else chosen.frames
 
     def _at_rest(

@@ -10,12 +10,15 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass
+from ssdo_gl.passes.own_lookup import OWN_RAYS
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
 
 # What the filter writes where nobody asks for one of two images.
 SUMMED_LIGHT = "filtered_irradiance"
 # Diffuse light belongs to the place where it is seen. What gloss reflects moves over it.
 _AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", SUMMED_LIGHT, "visibility"})
+# Direct light by a few shadow rays: noisy, but its shadows must not lag behind what moves.
+_AVERAGED_IN_WALKS = frozenset({"emitters_irradiance"})
 # Settings of passes whose images are not, or that a window changes while it moves.
 _NOT_AVERAGED = ("direct.", "shadow_map.", "tone_map.")
 
@@ -64,17 +67,21 @@ def averaged(
     )
     found: list[RenderPass] = []
     reasons: dict[str, str] = {}
+    has_rays = any(OWN_RAYS[0] in item.writes for item in passes)
     for item in passes:
-        if not isinstance(item, EdgeAwareFilterPass) or not _AVERAGED.issuperset(item.writes):
+        is_of_walks = _AVERAGED_IN_WALKS.issuperset(item.writes)
+        is_averaged = is_of_walks or _AVERAGED.issuperset(item.writes)
+        if not isinstance(item, EdgeAwareFilterPass) or not is_averaged:
             found.append(item)
             continue
         images = {f"{result}_now": result for result in item.writes}
         name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
         found.append(item.renamed({result: now for now, result in images.items()}))
         unfiltered = _unfiltered(item, passes, request, settings.unfiltered)
-        own = item.parts_edges
         average = TemporalPass(
-            name, settings, images, made_from, unfiltered, lit_by, has_own_rays=own
+            *(name, settings, images, made_from, unfiltered, lit_by),
+            has_own_rays=has_rays if is_of_walks else item.parts_edges,
+            camera_alone=is_of_walks,
         )
         found.append(average)
         reasons[name] = "averages what moves over frames"

@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scene_text as text
 
 from ssdo_gl.effects import far_field, moving_light, moving_rays, own_rays
 from ssdo_gl.effects.moving_rays import ray_counts, traces_in_motion
 from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.planning import averages
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -75,7 +78,7 @@ def error_of_a_walk(scene: Scene, **overrides: Any) -> float:
     """Return the relative squared error of a walk's tenth frame, but for its worst twentieth."""
     x, y, z = scene.camera.position
     views = [dataclasses.replace(scene.camera, position=(x + 0.01 * i, y, z)) for i in range(10)]
-    many = {"far_field.pixel_rays": 96, "far_field.edge_rays": 96}
+    many = {"far_field.pixel_rays": 96, "far_field.edge_rays": 96, "emitters.rays": 64}
     with Renderer(scene, settings(**many)) as renderer:
         true = renderer.render(("beauty",), camera=views[-1]).images["beauty"][..., :3]
     with Renderer(scene, settings(**overrides)) as renderer:
@@ -96,6 +99,21 @@ def test_rooms_lit_through_openings_are_even_and_nearer_than_by_probes(
     monkeypatch.setattr(moving_light, "STEPS", ())
     monkeypatch.setattr(moving_light, "UNEVEN_STEPS", ())
     assert error < 0.7 * error_of_a_walk(scene)
+
+
+def test_light_of_glowing_bodies_is_averaged_over_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    description = (
+        text.camera([0, 1.2, 2.4], [0, 1.0, -2], 60)
+        + text.material("white", 0.7, 0.7, 0.7)
+        + text.material("glow", 0.0, 0.0, 0.0, emission=[200, 150, 100])
+        + text.box([-2, 0, -2], [2, 2.4, 2.6], "white")
+    )
+    for i in range(12):
+        description += text.ball([0.3 * i - 1.65, 0.5 + 0.1 * i, -1.5 + 0.1 * i], 0.04, "glow")
+    scene = read_description(description, "balls")
+    error = error_of_a_walk(scene)
+    monkeypatch.setattr(averages, "_AVERAGED_IN_WALKS", frozenset({"nothing"}))
+    assert error < 0.5 * error_of_a_walk(scene)
 
 
 def test_probes_give_way_from_the_second_frame_on(drawn: list[str]) -> None:

@@ -376,6 +376,18 @@ def test_bodies_that_move_shorten_the_past(frames) -> None:
     np.testing.assert_allclose(found, mean + (noise(9) - mean) / 3.0, atol=4.0 * ROUNDING)
 
 
+def test_sharp_shadows_are_averaged_while_nothing_but_the_camera_moves(frames) -> None:
+    frames.item.camera_alone = True
+    for number in range(4):
+        found = frames.show(noise(number))
+    mean = np.mean([noise(number).astype(np.float64) for number in range(4)], 0)
+    np.testing.assert_allclose(found, mean, atol=4.0 * ROUNDING)
+    # Behind a body that moves its shadow would lag.
+    np.testing.assert_array_equal(frames.show(noise(4), versions={"geometry": 1}), noise(4))
+    found = frames.show(noise(5), versions={"geometry": 1})
+    np.testing.assert_allclose(found, 0.5 * (noise(4) + noise(5)), atol=4.0 * ROUNDING)
+
+
 def test_what_is_made_otherwise_is_not_averaged(frames) -> None:
     frames.show(noise(0))
     frames.item.made_from = 2
