@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -138,7 +139,9 @@ class _VideoWriter:
         """Let the encoder write what it still holds; raise OutputError unless all is there."""
         _, said = encoder.communicate()
         if encoder.returncode:
-            lines = said.decode(errors="replace").splitlines() or [f"exit {encoder.returncode}"]
+            code = encoder.returncode
+            ended = f"exit {code}" if code > 0 else f"ended by {signal.strsignal(-code) or -code}"
+            lines = said.decode(errors="replace").splitlines() or [ended]
             # Without the name of its part that says so.
             reason = lines[0].rpartition("] ")[2]
             raise OutputError(f"{self._path}: cannot be encoded: {reason}")

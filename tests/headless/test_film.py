@@ -158,6 +158,20 @@ def test_ctrl_c_while_a_frame_is_written_waits_for_it(
     assert sorted(contents(tmp_path / "turn")) == ["frame_0000.png"]
 
 
+def test_an_encoder_that_is_killed_says_by_what(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    encoder = tmp_path / "encoder"
+    encoder.write_text("#!/bin/sh\ncat > /dev/null\nkill -XFSZ $$\n")
+    encoder.chmod(0o755)
+    monkeypatch.setattr(ffmpeg, "get_ffmpeg_exe", lambda: str(encoder))
+    assert main(["corner", "--film", str(tmp_path / "turn.mp4"), *TURN]) != 0
+    why = signal.strsignal(signal.SIGXFSZ)
+    assert f"turn.mp4: cannot be encoded: ended by {why}" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [encoder]
+
+
 # imageio-ffmpeg leaves the pipes to its process to the garbage collector.
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
