@@ -70,7 +70,7 @@ vec2 shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, vec3 n_vs, ivec2 pixel
     is_reflecting = is_surface && is_glossy(brdf);
     vec3 w_out = toward_camera(p_vs);
     Lobe lobe = lobe_of(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness));
-    seen = seen_by_lobe(lobe, map.light_from_view, p_ls, half_u, half_v);
+    seen = seen_of_rectangle(lobe_on_plane(lobe, light.place_vs - p_vs, light.axis_vs, light.second_axis_vs));
 #endif
     return area_shadow_visibility(map, p_ls, m_ls, rounding, half_u, half_v, pixel, is_surface,
                                   is_reflecting, seen);

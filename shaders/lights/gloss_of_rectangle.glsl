@@ -79,25 +79,6 @@ mat3 cosine_from_lobe(Lobe lobe)
     return transpose(mat3(lobe.x, lobe.y / lobe.narrowing, lobe.axis * lobe.width));
 }
 
-// What a lobe sees most of, of a rectangle at the origin of light space: low and high corner,
-// from -1 to 1 along its edges. All of it, where it mirrors what lies before the light.
-vec4 seen_by_lobe(Lobe lobe, mat3 light_from_view, vec3 p_ls, vec2 half_u, vec2 half_v)
-{
-    vec3 w = light_from_view * lobe.axis;
-    bool is_met = -w.z * sign(p_ls.z) > 1e-4;
-    float reach = is_met ? -p_ls.z / w.z : 0.0;
-    vec3 x = light_from_view * lobe.x * (lobe.width * reach);
-    vec3 y = light_from_view * lobe.y * (lobe.width * lobe.narrowing * reach);
-    vec2 slope = is_met ? w.xy / w.z : vec2(0.0);
-    mat2 on_light = inverse(mat2(half_u, half_v));
-    vec2 middle = on_light * (p_ls.xy + reach * w.xy);
-    vec2 half_size = abs(on_light * (x.xy - slope * x.z)) + abs(on_light * (y.xy - slope * y.z));
-    half_size = max(half_size, vec2(LEAST_SEEN));
-    vec4 seen = vec4(min(middle - half_size, 1.0 - LEAST_SEEN),
-                     max(middle + half_size, LEAST_SEEN - 1.0));
-    return is_met ? clamp(seen, -1.0, 1.0) : vec4(-1.0, -1.0, 1.0, 1.0);
-}
-
 // Where a lobe meets the plane of a rectangle seen from the surface, and half of what it sees most of
 // there: with edges as units, from -1 to 1 along each.
 struct LobeOnPlane {
@@ -127,7 +108,8 @@ LobeOnPlane lobe_on_plane(Lobe lobe, vec3 c, vec3 u, vec3 v)
                        is_met);
 }
 
-// What the lobe sees most of, of the rectangle: low and high corner.
+// What the lobe sees most of, of the rectangle: low and high corner. All of it, where it does not meet
+// the plane.
 vec4 seen_of_rectangle(LobeOnPlane lobe)
 {
     vec2 half_size = max(lobe.half_size, vec2(LEAST_SEEN));

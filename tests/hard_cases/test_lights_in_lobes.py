@@ -1,4 +1,4 @@
-"""What glossy surfaces show of lights.
+"""What glossy surfaces show of lights: `lights/gloss_of_rectangle.glsl`.
 
 They are compared with a midpoint rule over the visible facets of the float64 twin, which
 knows nothing of how the shader aims its points.
