@@ -39,6 +39,10 @@ def test_the_readme_is_short():
     assert len(TEXTS["README.md"].splitlines()) <= MOST_README_LINES
 
 
+def test_the_readme_shows_the_command_that_runs_the_tests():
+    assert "make test " in TEXTS["README.md"]
+
+
 def test_every_block_names_its_language():
     assert {block.language for block in BLOCKS} == LANGUAGES
 

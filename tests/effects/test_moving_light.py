@@ -1,4 +1,7 @@
-"""Light of per-pixel rays in motion, averaged over pixels in the same light: against float64."""
+"""Light of per-pixel rays in motion, averaged over pixels in the same light, against float64.
+
+`effects/moving_guide.frag`, and stage 4 of `lib/edge_aware_filter.glsl`.
+"""
 
 from __future__ import annotations
 
