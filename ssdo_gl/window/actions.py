@@ -6,7 +6,6 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.scene.animate import camera_at
@@ -36,17 +35,12 @@ from ssdo_gl.window.saving import (
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
-if TYPE_CHECKING:
-    from ssdo_gl.window.overlay import Overlay
-
 
 class Host:
     """What a command may need of what is around the viewer: here nothing, as around a page.
 
     Attributes
     ----------
-    overlay : Overlay or None
-        The panel and all else that is drawn over the picture; None: there is none.
     recent : Recent
         Files that were opened last.
     defer : callable
@@ -56,7 +50,6 @@ class Host:
     """
 
     def __init__(self) -> None:
-        self.overlay: Overlay | None = None
         self.recent = Recent()
         self.defer: Callable[[Callable[[], object]], None] = lambda act: None
         self.commands: Mapping[Command, Callable[[], object]] = {}

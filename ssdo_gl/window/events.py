@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial, update_wrapper
-from typing import Concatenate, ParamSpec, Protocol
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol
 
 import glfw
 
@@ -12,6 +12,9 @@ from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.input import Action, Command, InputMap
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import divider_hit
+
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
 
 PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
 _Event = ParamSpec("_Event")
@@ -65,7 +68,12 @@ class Events:
     """
 
     def __init__(
-        self, window: EventSource, viewer: Viewer, input_map: InputMap, host: Host
+        self,
+        window: EventSource,
+        viewer: Viewer,
+        input_map: InputMap,
+        host: Host,
+        overlay: Overlay | None = None,
     ) -> None:
         self.pending: list[Callable[[], object]] = []
         self.has_input = self.wants_release = False
@@ -75,6 +83,7 @@ class Events:
         self._viewer = viewer
         self._input = input_map
         self._host = host
+        self._overlay = overlay
         self._holds_divider = False
 
     @property
@@ -106,16 +115,15 @@ class Events:
 
     @property
     def _panel_shape(self) -> object:
-        return None if self._host.overlay is None else self._host.overlay.shape
+        return None if self._overlay is None else self._overlay.shape
 
     @_in_order
     def on_key(self, key: int, action: int, mods: int) -> None:
         """Hand a key to a text field, or to the input map."""
         self.panel_frames = PANEL_FRAMES
-        overlay = self._host.overlay
-        if overlay is not None:
-            overlay.key(key, action, mods)
-            if overlay.wants_keyboard and action != glfw.RELEASE:
+        if self._overlay is not None:
+            self._overlay.key(key, action, mods)
+            if self._overlay.wants_keyboard and action != glfw.RELEASE:
                 return
         self._perform_later(self._input.key(key, action, mods))
         self.has_input |= self._input.is_holding
@@ -123,8 +131,8 @@ class Events:
     @_in_order
     def on_character(self, code: int) -> None:
         """Hand a character to a text field."""
-        if self._host.overlay is not None:
-            self._host.overlay.character(code)
+        if self._overlay is not None:
+            self._overlay.character(code)
 
     @_in_order
     def on_button(self, button: int, action: int, place: tuple[float, float] | None = None) -> None:
@@ -135,10 +143,9 @@ class Events:
         self.panel_frames = PANEL_FRAMES
         if place is not None:
             self._input.cursor_jumped(*place)
-        overlay = self._host.overlay
-        if overlay is not None:
-            overlay.button(button, action)
-            if overlay.wants_mouse and action == glfw.PRESS:
+        if self._overlay is not None:
+            self._overlay.button(button, action)
+            if self._overlay.wants_mouse and action == glfw.PRESS:
                 return
         if button == glfw.MOUSE_BUTTON_LEFT:
             x, width = self._input.cursor_px[0], self._window.size[0]
@@ -153,11 +160,11 @@ class Events:
         self.panel_frames = PANEL_FRAMES
         self._input.cursor(x, y)
         self.has_input |= self._input.is_looking or self._input.is_dragging
-        if self._host.overlay is not None:
+        if self._overlay is not None:
             if self._input.is_looking:
-                self._host.overlay.cursor_left()
+                self._overlay.cursor_left()
             else:
-                self._host.overlay.cursor(x, y)
+                self._overlay.cursor(x, y)
         if self._holds_divider:
             share = x / max(1, self._window.size[0])
             self._viewer.view = self._viewer.view.with_divider(share)
@@ -166,10 +173,9 @@ class Events:
     def on_scroll(self, x: float, y: float) -> None:
         """Hand the wheel to the panel, or to the input map."""
         self.panel_frames = PANEL_FRAMES
-        overlay = self._host.overlay
-        if overlay is not None:
-            overlay.scroll(x, y)
-            if overlay.wants_mouse:
+        if self._overlay is not None:
+            self._overlay.scroll(x, y)
+            if self._overlay.wants_mouse:
                 return
         self.has_input = True
         self._perform_later(self._input.scroll(y))
@@ -181,8 +187,8 @@ class Events:
         if not has_focus:
             self._input.focus_lost()
             self._holds_divider = False
-        if self._host.overlay is not None:
-            self._host.overlay.focus(has_focus)
+        if self._overlay is not None:
+            self._overlay.focus(has_focus)
 
     @_in_order
     def on_drop(self, paths: list[str]) -> None:
@@ -195,8 +201,8 @@ class Events:
         """Draw again, for another size or scale."""
         self.panel_frames = PANEL_FRAMES
         self.has_input = True
-        if self._host.overlay is not None:
-            self._host.overlay.rescale(self._window.content_scale)
+        if self._overlay is not None:
+            self._overlay.rescale(self._window.content_scale)
 
     def defer(self, act: Callable[[], object]) -> None:
         """Do something between two frames; the one in the making is given up."""

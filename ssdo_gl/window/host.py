@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.window.actions import Host
@@ -15,6 +16,9 @@ from ssdo_gl.window.opening import FileDialog, FileWatch, open_file, reload_file
 from ssdo_gl.window.saving import PictureJob, PictureRequest
 from ssdo_gl.window.viewer import Viewer
 
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
+
 NO_PANEL = "there is no panel without imgui-bundle: pip install 'ssdo_gl[window]'"
 
 
@@ -23,6 +27,8 @@ class WindowHost(Host):
 
     Attributes
     ----------
+    overlay : Overlay or None
+        The panel and all else that is drawn over the picture; None: there is none.
     title : str
         Of the window.
     reload : callable
@@ -33,6 +39,7 @@ class WindowHost(Host):
         self, window: GlfwWindow, viewer: Viewer, input_map: InputMap, film: FilmExport, title: str
     ) -> None:
         super().__init__()
+        self.overlay: Overlay | None = None
         self._dialog = FileDialog()
         self._picture = PictureJob(viewer)
         self._scene_watch = FileWatch()

@@ -51,7 +51,7 @@ class Session(ViewerLoop):
         self._host.reload = self._reload_shaders
         self._make_overlay()
         viewer.stretches = True
-        self._events = Events(window, viewer, self._input, self._host)
+        self._events = Events(window, viewer, self._input, self._host, self._host.overlay)
         self._host.defer = self._events.defer
         window.listen(self._events)
 

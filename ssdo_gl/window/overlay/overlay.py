@@ -140,7 +140,8 @@ class Overlay(ImguiBackend):
         self._top = 0.0
         if self.shows_panel:
             self.light_handle.draw(window_size, self._scale)
-            draw_menu(self._viewer, self._host, self)
+            looks = self.show_text_at, self.show_light
+            draw_menu(self._viewer, self._host, *looks, is_light=self.is_light)
             self._top = imgui.get_frame_height()
             self._panel.draw(window_size, self._scale, self._top)
         else:

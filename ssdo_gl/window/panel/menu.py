@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
@@ -15,9 +14,6 @@ from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.input import BINDINGS, Action, Command
 from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer
-
-if TYPE_CHECKING:
-    from ssdo_gl.window.overlay import Overlay
 
 TEXT_FACTORS = (0.8, 1.0, 1.25, 1.5, 2.0)
 _FILE = (
@@ -51,7 +47,14 @@ def builtin_scenes() -> dict[str, tuple[str, str]]:
     }
 
 
-def draw_menu(viewer: Viewer, host: Host, looks: Overlay) -> None:
+def draw_menu(
+    viewer: Viewer,
+    host: Host,
+    show_text_at: Callable[[float], None],
+    show_light: Callable[[bool], None],
+    *,
+    is_light: bool,
+) -> None:
     """Issue the menu bar along the upper edge of the window."""
     scale = _scale()
     if not imgui.begin_main_menu_bar():
@@ -89,10 +92,10 @@ def draw_menu(viewer: Viewer, host: Host, looks: Overlay) -> None:
         if imgui.begin_menu("text size"):
             for factor in TEXT_FACTORS:
                 if imgui.menu_item_simple(f"{factor:.0%}"):
-                    host.defer(partial(looks.show_text_at, factor))
+                    host.defer(partial(show_text_at, factor))
             imgui.end_menu()
-        if imgui.menu_item_simple("dark panels" if looks.is_light else "light panels"):
-            host.defer(partial(looks.show_light, not looks.is_light))
+        if imgui.menu_item_simple("dark panels" if is_light else "light panels"):
+            host.defer(partial(show_light, not is_light))
         imgui.pop_font()
         imgui.end_menu()
     imgui.end_main_menu_bar()
