@@ -18,8 +18,6 @@ from ssdo_gl.settings.settings import Settings
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from ssdo_gl.effects.effect import Effect
-
 
 @dataclass(frozen=True)
 class Decision:
@@ -122,9 +120,18 @@ class Request:
     asked : frozenset of str
         Names of the effects that picture or images ask for.
     pass_settings : mapping of str to type
-        The settings classes of all passes, by pass name; whoever asks the effects fills it in.
-    running : list of Effect
-        Those that were decided to run, in the order of the registry.
+        The settings classes of all passes, by pass name; whoever asks the effects fills it in,
+        and what follows.
+    running : list of str
+        Names of the effects that were decided to run, in the order of the registry.
+    traces : bool
+        Whether rays are traced: their tables hold the scene as it is.
+    looks_around, reads_surface_cache : bool
+        Whether an effect runs that does.
+    anything_is_sent : bool
+        Whether any effect that runs gives surfaces something to send on.
+    marches : list of callable
+        `Effect.marches` of those that run.
     kept_refinements : int or None
         A later effect takes over which directions the first march finds blocked, refined
         by so many bisections; None: nobody does.
@@ -153,7 +160,10 @@ class Request:
         self.is_live = is_live
         self.asked: frozenset[str] = frozenset()
         self.kept_refinements: int | None = None
-        self.running: list[Effect] = []
+        self.running: list[str] = []
+        self.traces = settings.is_reference
+        self.looks_around = self.reads_surface_cache = self.anything_is_sent = False
+        self.marches: list[Callable[[Request], str | None]] = []
         self._shortcuts: dict[str, bool] = {}
         self._rows: list[Decision] = []
         self._is_decided = False
@@ -229,17 +239,7 @@ class Request:
 
     def runs(self, *names: str) -> bool:
         """Return whether any of these effects was decided to run."""
-        return any(effect.name in names for effect in self.running)
-
-    @property
-    def traces(self) -> bool:
-        """Whether rays are traced: their tables hold the scene as it is."""
-        return self.settings.is_reference or any(effect.traces for effect in self.running)
-
-    @property
-    def looks_around(self) -> bool:
-        """Whether an effect runs that looks for blockers in the depth buffer."""
-        return any(effect.looks_around for effect in self.running)
+        return any(name in names for name in self.running)
 
     @property
     def averages(self) -> bool:
@@ -248,15 +248,9 @@ class Request:
         return self.is_live and is_wanted and self.looks_around
 
     @property
-    def anything_is_sent(self) -> bool:
-        """Whether any effect that runs gives surfaces something to send on."""
-        return any(effect.sends(self) for effect in self.running)
-
-    @property
     def first_march(self) -> str | None:
         """The pass that looks in all directions first, by whose settings it does so."""
-        found = (effect.marches(self) for effect in self.running)
-        return next((name for name in found if name is not None), None)
+        return next(filter(None, (marches(self) for marches in self.marches)), None)
 
     def takes(self, shortcut: Shortcut) -> bool:
         """Return whether a shortcut is taken; asked for the first time, it is recorded.
@@ -283,7 +277,7 @@ class Request:
         self._is_decided = True
         spares_lights = not (self.is_full or self.traces)
         return Decided(
-            running=frozenset(effect.name for effect in self.running),
+            running=frozenset(self.running),
             lights=self.lights if spares_lights else None,
             rows=tuple(self._rows),
         )

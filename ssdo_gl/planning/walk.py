@@ -32,13 +32,20 @@ def decide(request: Request) -> Decided:
     effects = registry.effects()
     request.pass_settings = registry.pass_settings()
     request.asked = _asked(request, effects)
+    running: list[Effect] = []
     for effect in effects:
         if effect.is_asked(request):
             decision = effect.need(request)
             request.record(decision)
             if decision.run:
-                request.running.append(effect)
-    for effect in request.running:
+                running.append(effect)
+                request.running.append(effect.name)
+                request.marches.append(effect.marches)
+                request.traces |= effect.traces
+                request.looks_around |= effect.looks_around
+                request.reads_surface_cache |= effect.reads_surface_cache
+                request.anything_is_sent = any(other.sends(request) for other in running)
+    for effect in running:
         for shortcut in effect.shortcuts:
             request.takes(shortcut)
     if request.looks_around and not request.settings.is_reference:
@@ -111,16 +118,17 @@ class _Builder:
         self.request = request
         self.passes: list[RenderPass] = []
         self.reasons: dict[str, str] = {}
-        pictures = (effect.picture for effect in request.running)
+        self.running = [e for e in registry.effects() if request.runs(e.name)]
+        pictures = (effect.picture for effect in self.running)
         self.picture = next((name for name in pictures if name is not None), "beauty")
 
     def build(self) -> Pipeline:
         by_chance = self.request.content.has_translucency
         self.add(GBufferPass(by_chance=by_chance), "everything starts from what the camera sees")
-        for effect in self.request.running:
+        for effect in self.running:
             for reasoned in effect.passes(self.request):
                 self.add(*reasoned)
-        if any(effect.gathers_from_senders for effect in self.request.running):
+        if any(effect.gathers_from_senders for effect in self.running):
             self.add(*self._senders())
         self._add_picture()
         outputs = {name: self._output(name) for name in self.request.wanted}
@@ -137,11 +145,11 @@ class _Builder:
         self.reasons[item.name] = reason
 
     def _senders(self) -> ReasonedPass:
-        senders = [effect for effect in self.request.running if effect.sends(self.request)]
+        senders = [effect for effect in self.running if effect.sends(self.request)]
         sent = (term for effect in senders for term in effect.sent_terms(self.request))
         terms = [term for term in sent if not term.glossy]
         irradiances, radiances = _by_kind(terms)
-        everything = (effect.sent_irradiance for effect in self.request.running)
+        everything = (effect.sent_irradiance for effect in self.running)
         if found := next((name for name in everything if name is not None), None):
             irradiances = [found]
         sent_terms = SenderTerms(tuple(irradiances), tuple(radiances))
@@ -158,7 +166,7 @@ class _Builder:
     def _add_picture(self) -> None:
         """Add the sum of all terms, and the picture as a display shows it."""
         request = self.request
-        shown = [e for e in request.running if request.settings.method in e.methods]
+        shown = [e for e in self.running if request.settings.method in e.methods]
         occlusions = (effect.occlusion(request) for effect in shown)
         visibility, combine = next((found for found in occlusions if found), NO_OCCLUSION)
         terms = [term for effect in shown for term in effect.terms_of(request)]
@@ -187,10 +195,10 @@ class _Builder:
             return ImageSource(self.picture, 4)
         if name in GBUFFER_IMAGES:
             return ImageSource(*GBUFFER_IMAGES[name])
-        for effect in self.request.running:
+        for effect in self.running:
             if name in effect.images and (found := effect.image(self.request, name)):
                 return found
-        terms = [term for e in self.request.running for term in e.terms_of(self.request)]
+        terms = [term for e in self.running for term in e.terms_of(self.request)]
         return self._output_of_terms(name, [term for term in terms if term.name == name])
 
     def _output_of_terms(self, name: str, terms: list[Term]) -> ImageSource:

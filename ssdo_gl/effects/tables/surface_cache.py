@@ -27,7 +27,7 @@ class SurfaceCache(Effect):
 
     def is_asked(self, request: Request) -> bool:
         """Return whether an effect that runs looks light up on surfaces."""
-        return any(effect.reads_surface_cache for effect in request.running)
+        return request.reads_surface_cache
 
     def need(self, request: Request) -> Decision:
         """Run whenever another effect asks for it."""
