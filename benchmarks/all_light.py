@@ -27,7 +27,7 @@ from ssdo_gl.bench.measure.errors import color, judged_pixels
 from ssdo_gl.bench.measure.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.statistics.metrics import flip_ldr, srgb_of
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.images.error import mean_level, relative_mse
+from ssdo_gl.images.error import bias, mean_level, relative, relative_mse
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.formats import model_suffixes
 from ssdo_gl.scene.load import builtin_names, load_scene
@@ -123,13 +123,14 @@ def measure(
         goal = Goal("beauty", standard_error, True, seconds)
         reference = obtain(bench, traced, ("beauty",), goal, mask, cache)
         target, variance = color(reference.images["beauty"]), color(reference.variance["beauty"])
+        level = mean_level(target, mask)
         found = {}
         for method in METHODS:
             settings = resolved(Settings(method, size=size, exposure=exposure), scene)
             image = color(bench.images(settings, ("beauty",))["beauty"])
             found[method] = Distance(
                 relative_mse(image, target, mask, variance),
-                mean_level(image, mask) / mean_level(target, mask) - 1.0,
+                relative(bias(image, target, mask), level),
                 flip_ldr(srgb_of(image, exposure), srgb_of(target, exposure), mask).mean,
             )
         paths = _paths_in_time(bench, base, traced)

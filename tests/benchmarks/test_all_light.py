@@ -25,6 +25,22 @@ f 1 4 2
 f 1 3 4
 f 2 4 3
 """
+# A box seen from the front, and a small lamp behind it that shines away: nothing seen is lit.
+LIT_FROM_BEHIND = """
+[camera]
+position = [0, 1, 3]
+target = [0, 1, 0]
+[[object]]
+shape = "box"
+min = [-1, 0, -1]
+max = [1, 2, 1]
+[[light]]
+kind = "area"
+corner = [0, 0.5, -3]
+edge_u = [0, 0.1, 0]
+edge_v = [0.1, 0, 0]
+radiance = [1, 1, 1]
+"""
 
 
 def depth(scene) -> np.ndarray:
@@ -61,6 +77,18 @@ def test_of_a_drawn_room_gi_knows_the_light(tmp_path):
     assert not row.is_worse
     assert gi.rel_mse < 0.005 and abs(gi.mean_error) < 0.02
     assert gi.rel_mse < 0.1 * bounce.rel_mse and gi.flip < 0.5 * bounce.flip
+
+
+def test_of_black_no_share_is_taken(tmp_path):
+    scene = tmp_path / "black.toml"
+    scene.write_text(LIT_FROM_BEHIND)
+    device = create_context("auto")
+    try:
+        row = all_light.measure(str(scene), (48, 27), device, 0.02, 2.0, ReferenceCache(tmp_path))
+    finally:
+        device.release()
+    assert not row.is_worse
+    assert all(str(distance) == "0.0000 | +0.0% | 0.000" for distance in row.by_method.values())
 
 
 def test_a_scene_in_which_gi_is_worse_is_named(monkeypatch, capsys, tmp_path):
