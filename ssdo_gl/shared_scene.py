@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary, WeakValueDictionary
 import moderngl
 
 from ssdo_gl.gpu.geometry import Geometry
-from ssdo_gl.graph.shared_results import SharedResults
+from ssdo_gl.graph.pass_results import SharedResults
 from ssdo_gl.last_made import are_same
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.material import have_same_shape

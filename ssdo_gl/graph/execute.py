@@ -9,10 +9,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from ssdo_gl.gpu.clear import clear
-from ssdo_gl.gpu.texture_pool import TexturePool
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import Plan
+from ssdo_gl.graph.pass_results import Identities, KeptResult, PassResults, SharedResults
 from ssdo_gl.graph.plan_steps import SCENE_DOMAINS, PlanSteps, Step
 from ssdo_gl.graph.render_pass import (
     PassContext,
@@ -20,7 +20,6 @@ from ssdo_gl.graph.render_pass import (
     RenderPass,
     TextureWithFacts,
 )
-from ssdo_gl.graph.shared_results import Identities, KeptResult, SharedResults
 
 if TYPE_CHECKING:
     import moderngl
@@ -76,12 +75,8 @@ class Executor:
     ) -> None:
         self._device = device
         self._shaders = shaders
-        self._pool = TexturePool(device.gl)
-        self._results: dict[str, KeptResult] = {}
-        # What passes that keep two results made before the present ones.
-        self._spares: dict[str, KeptResult] = {}
         self._shared = shared or SharedResults()
-        self._shared.holders.add(self)
+        self._results = PassResults(device.gl, self._shared)
         self._identities = Identities()
         self._texel: moderngl.Texture | None = None
         self.is_settled = True
@@ -94,7 +89,7 @@ class Executor:
     @property
     def texture_count(self) -> int:
         """Number of textures that exist because of this executor, those of passes excluded."""
-        return self._pool.texture_count
+        return self._results.pool.texture_count
 
     def run(
         self,
@@ -117,7 +112,7 @@ class Executor:
         """
         steps = self._steps_of(plan, frame)
         sources, identities = self._identify(steps, frame)
-        self._find_again(steps, sources, identities)
+        self._results.find_again(steps, sources, identities)
         stale = self._stale(steps, identities)
         textures: dict[str, moderngl.Texture] = defaultdict(self._any_texture)
         facts: dict[str, object] = {}
@@ -131,7 +126,7 @@ class Executor:
             if item.name in stale:
                 if self.before_pass is not None:
                     self.before_pass()
-                result = self._prepare(step, sources[item.name])
+                result = self._results.prepared(step, sources[item.name])
                 last = result.returned() if frame.is_live and item.is_gradual else {}
                 if item.adds_up:
                     result.forget()
@@ -155,54 +150,39 @@ class Executor:
                     self._identities_of(step).add_part(sources[item.name])
                     self.is_settled, is_complete = False, is_complete and not item.lags
                 if item.spares:
-                    stale = self._stale(steps, identities, self._results[item.name].facts)
+                    stale = self._stale(steps, identities, result.facts)
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
-            if (made := self._results.get(item.name)) is not None:
+            if (made := self._results.present.get(item.name)) is not None:
                 textures.update(made.textures)
                 if made.facts:
                     facts.update(made.facts)
             if timings[-1].ran:
-                self._lend_on(step)
+                self._results.lend_on(step)
         return timings
 
     def texture(self, resource: str) -> moderngl.Texture:
         """Return the texture that the last run left in `resource`, an output of its plan."""
         for step in self._steps.order if self._steps is not None else ():
-            result = self._results.get(step.item.name)
+            result = self._results.present.get(step.item.name)
             if result is not None and resource in result.textures:
                 return result.textures[resource]
         raise KeyError(resource)
 
     def forget(self) -> None:
         """Make all passes run again in the next frame."""
-        self._spares.clear()
-        for result in self._results.values():
-            result.identity = -1
-
-    def holds(self, result: KeptResult) -> bool:
-        """Return whether it reads, or may read again, from a result."""
-        held = (*self._results.values(), *self._spares.values())
-        return any(item is result for item in held)
+        self._results.forget()
 
     def release(self) -> None:
         """Free every texture and framebuffer; what is shared, with the last who holds it."""
-        for name in list(self._results):
-            self._discard(name)
-        self._spares.clear()
         self._steps = None
         if self._texel is not None:
-            self._pool.give_back(self._texel)
+            self._results.pool.give_back(self._texel)
             self._texel = None
-        self._pool.trim()
+        self._results.release()
 
     def _steps_of(self, plan: Plan, frame: Frame) -> PlanSteps:
-        """Return the steps of a plan; free what it has no use for where it is another.
-
-        Of frames in a window, what no view is part of stays for as long as the scene: who
-        looks at depth or at a method without rays soon wants the light again, without the
-        second that its rays take.
-        """
+        """Return the steps of a plan; free what it has no use for where it is another."""
         before, size = self._steps, frame.view.size
         scene = [frame.versions.get(domain) for domain in _SCENE]
         is_same_scene, self._scene = scene == self._scene, scene
@@ -211,22 +191,11 @@ class Executor:
             steps = self._steps = PlanSteps(plan, size)
             self._kinds = [self._identities_of(step).of(step.kind) for step in steps.order]
         is_same_shape = before is not None and before.shape == steps.shape
+        has_more = not self._results.present.keys() <= steps.formats.keys()
         # What moves has another scene in every frame.
-        if is_same_shape and (is_same_scene or self._results.keys() <= steps.formats.keys()):
+        if is_same_shape and (is_same_scene or not has_more):
             return steps
-        keeps = frame.is_live and is_same_scene
-        for name, result in list(self._results.items()):
-            formats = steps.formats.get(name)
-            if formats is None:
-                if not (keeps and result.source >= 0):
-                    self._discard(name)
-            # A transient texture that was lent on is missing; that is no misfit.
-            elif any(formats.get(n) != result.formats[n] for n in result.borrowed):
-                self._discard(name)
-        self._spares = {
-            name: spare for name, spare in self._spares.items() if name in steps.formats
-        }
-        self._pool.trim()
+        self._results.fit(steps.formats, keeps_shared=frame.is_live and is_same_scene)
         return steps
 
     def _identities_of(self, step: Step) -> Identities:
@@ -264,33 +233,6 @@ class Executor:
                 of_resource[resource] = number
         return sources, of_pass
 
-    def _find_again(
-        self, steps: PlanSteps, sources: dict[str, int], identities: dict[str, int]
-    ) -> None:
-        """Take what is wanted of results that were replaced, or that others have made."""
-        for name in self._spares.keys() & identities.keys():
-            spare, result = self._spares[name], self._results.get(name)
-            if spare.identity == identities[name]:
-                self._results[name] = spare
-                if result is not None:
-                    self._spares[name] = result
-        for step in steps.order:
-            name, source = step.item.name, sources[step.item.name]
-            result = self._results.get(name)
-            if not step.is_of_scene or (result is not None and result.source == source):
-                continue
-            made = self._shared.find(source)
-            if made is not None:
-                self._set_aside(step)
-                self._results[name] = made
-
-    def _set_aside(self, step: Step) -> None:
-        """Make room for another result of a pass."""
-        name, keeps_two = step.item.name, step.item.keeps_two
-        if keeps_two and name in self._results and self._results[name].identity >= 0:
-            self._spares[name] = self._results.pop(name)
-        self._discard(name)
-
     def _stale(
         self, steps: PlanSteps, identities: dict[str, int], facts: Mapping[str, object] = NO_FACTS
     ) -> set[str]:
@@ -301,7 +243,7 @@ class Executor:
             item = step.item
             if wanted.isdisjoint(item.writes):
                 continue
-            result = self._results.get(item.name)
+            result = self._results.present.get(item.name)
             is_made = result is not None and result.identity == identities[item.name]
             if result is None or not is_made or not item.writes.keys() <= result.textures.keys():
                 stale.add(item.name)
@@ -311,34 +253,8 @@ class Executor:
     def _any_texture(self) -> moderngl.Texture:
         """Return what stands for a texture that was never made, and does not matter."""
         if self._texel is None:
-            self._texel = self._pool.borrow((1, 1), 4, "f4")
+            self._texel = self._results.pool.borrow((1, 1), 4, "f4")
         return self._texel
-
-    def _prepare(self, step: Step, source: int) -> KeptResult:
-        """Return a result of the pass whose textures fit its declaration."""
-        name = step.item.name
-        result = self._results.get(name)
-        if result is None or not self._may_change(result, step, source):
-            self._set_aside(step)
-            result = self._results[name] = self._new_result(step)
-        if step.is_of_scene:
-            self._shared.add(result, source)
-        else:
-            result.source = -1
-        return result
-
-    def _may_change(self, result: KeptResult, step: Step, source: int) -> bool:
-        """Return whether a result fits, and nobody needs it as it is."""
-        if (step.item.keeps_two and result.identity >= 0) or not result.has(step.formats):
-            return False
-        # Others who hold what comes of the same source want it to go on.
-        is_own = result.source in (-1, source)
-        return is_own or not self._shared.is_held_by_others(result, self)
-
-    def _new_result(self, step: Step) -> KeptResult:
-        borrowed = {n: self._pool.borrow(*format_) for n, format_ in step.formats.items()}
-        target = self._pool.target(list(borrowed.values()), depth=step.item.needs_depth)
-        return KeptResult(-1, dict(borrowed), borrowed, step.formats, target)
 
     @staticmethod
     def _execute(
@@ -367,25 +283,3 @@ class Executor:
             missing = [name for name in item.writes if name not in result.textures]
             raise RuntimeError(f"pass {item.name!r} did not return {', '.join(missing)}")
         return PassTiming(item.name, True, gpu_ms, cpu_ms)
-
-    def _lend_on(self, step: Step) -> None:
-        """Give back the textures whose last reader is the pass that has just run."""
-        for name, resource in step.lends:
-            result = self._results.get(name)
-            if result is not None and resource in result.borrowed:
-                self._pool.give_back(result.borrowed.pop(resource))
-                del result.textures[resource]
-
-    def _discard(self, name: str) -> None:
-        result = self._results.pop(name, None)
-        if result is None:
-            return
-        for texture in result.borrowed.values():
-            self._pool.give_back(texture)
-        if not result.borrowed:
-            return
-        # A pass that has handed one of them on as its own, and has none of the pool, lost it.
-        for other in (*self._results.values(), *self._spares.values()):
-            if not other.formats and other.has_taken(result.borrowed):
-                other.identity = -1
-                other.forget()
