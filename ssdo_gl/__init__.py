@@ -11,10 +11,10 @@ A `Scene` is read by `load_scene`, or made by ``Scene.from_arrays``, ``Scene.fro
 
 from __future__ import annotations
 
+from ssdo_gl.version import __version__
+
 # In place of that of typing, of which an early Ctrl-C would be a traceback.
 TYPE_CHECKING = False
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Camera",

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, Self
 
 import moderngl
 
-from ssdo_gl import __version__
 from ssdo_gl.effects.request import Decision
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.execute import PassTiming
@@ -33,6 +32,7 @@ from ssdo_gl.scene.camera import CONVENTIONS, Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.settings.fields import values
+from ssdo_gl.version import __version__
 from ssdo_gl.wording import described
 
 

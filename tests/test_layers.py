@@ -25,6 +25,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "wording",
         "last_made",
         "package_members",
+        "version",
         "images/color",
     ),
     ("settings/fields", "effects/estimators"),

@@ -11,7 +11,6 @@ from typing import Any
 
 from rich.console import Console
 
-from ssdo_gl import __version__
 from ssdo_gl.bench import analysis, report, scaling
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
@@ -63,6 +62,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.version import __version__
 
 QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)
 

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any, Protocol
 
-from ssdo_gl import __version__
+from ssdo_gl.version import __version__
 
 
 class Maker(Protocol):

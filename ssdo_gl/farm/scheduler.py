@@ -19,13 +19,13 @@ from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import Any
 
-from ssdo_gl import __version__
 from ssdo_gl.farm import local_worker
 from ssdo_gl.farm.kept_maker import Maker, idle, results
 from ssdo_gl.gpu.context import DEVICE_INDEX
 from ssdo_gl.gpu.egl_devices import gpu_numbers
 from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.user_error import UserError
+from ssdo_gl.version import __version__
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-from ssdo_gl import __version__
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes
@@ -42,6 +41,7 @@ from ssdo_gl.settings.run_options import (
     ServeOptions,
 )
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
+from ssdo_gl.version import __version__
 from ssdo_gl.wording import suggestion
 
 DEFAULT_SCENE = "cornell_meso"

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl import __version__
 from ssdo_gl.gpu.context import Device
+from ssdo_gl.version import __version__
 
 _LIBRARIES = ("moderngl", "numpy", "scikit-image", "flip-evaluator", "matplotlib")
 # What a time may be measured by; the fields that hold it, of `MedianTimes` and `Visit`.
