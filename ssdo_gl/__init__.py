@@ -64,7 +64,8 @@ if TYPE_CHECKING:
     from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
     from ssdo_gl.scene.load import load_scene
     from ssdo_gl.scene.material import Material, Texture
-    from ssdo_gl.scene.scene import Scene, SceneError
+    from ssdo_gl.scene.scene import Scene
+    from ssdo_gl.scene.scene_error import SceneError
     from ssdo_gl.settings import Settings
     from ssdo_gl.settings.fields import SettingError
 
@@ -81,7 +82,7 @@ _HOMES = {
     "RenderResult": "ssdo_gl.render_result",
     "Renderer": "ssdo_gl.renderer",
     "Scene": "ssdo_gl.scene.scene",
-    "SceneError": "ssdo_gl.scene.scene",
+    "SceneError": "ssdo_gl.scene.scene_error",
     "SceneObject": "ssdo_gl.scene.geometry",
     "SettingError": "ssdo_gl.settings.fields",
     "Settings": "ssdo_gl.settings",

@@ -28,7 +28,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene
 from ssdo_gl.scene.numbers import check_number
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.type_checks import check_type
+from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import resolved, with_scene_settings
 from ssdo_gl.shared_scene import SharedScene

@@ -12,7 +12,7 @@ from ssdo_gl.effects.registry import effects, image_names
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.type_checks import check_type
+from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, shown
 from ssdo_gl.settings.loading import LoadOptions, load_options

@@ -11,7 +11,7 @@ import pytest
 import ssdo_gl
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 

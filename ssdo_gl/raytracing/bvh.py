@@ -25,7 +25,8 @@ from ssdo_gl.raytracing.split import BinaryTree, Report, build_binary, ignored
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
 from ssdo_gl.scene.geometry import spans
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 WIDTH = 4
 RECORD_WORDS = 16

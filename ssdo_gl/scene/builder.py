@@ -19,7 +19,8 @@ from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces, are_mirrored, ba
 from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.settings.settings import LONGEST, SHORTEST

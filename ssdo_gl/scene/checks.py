@@ -9,8 +9,8 @@ from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.type_checks import check_type
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError, check_type
 
 _KINDS = {"meshes": Mesh, "materials": Material, "objects": SceneObject, "lights": Light}
 

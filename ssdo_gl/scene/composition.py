@@ -19,8 +19,8 @@ from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, cleaned_mesh
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.type_checks import a_type, check_type
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError, a_type, check_type
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.wording import suggestion

@@ -20,8 +20,8 @@ from ssdo_gl.scene.formats import (
     read_model,
     scene_suffixes,
 )
-from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.type_checks import check_type
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError, check_type
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.wording import suggestion

@@ -17,13 +17,9 @@ from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, Surfaces, main_p
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.scene.scene_error import SceneError, check_type
 from ssdo_gl.settings.loading import USUAL, LoadOptions
-from ssdo_gl.user_error import UserError
 from ssdo_gl.wording import counted, described, with_article
-
-
-class SceneError(UserError, ValueError):
-    """A scene that cannot be used: one line naming the file, the key and the cure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,8 +203,6 @@ class Scene:
 
     def with_camera(self, camera: Camera) -> Scene:
         """Return the scene seen from elsewhere."""
-        from ssdo_gl.scene.type_checks import check_type
-
         check_type("camera", camera, Camera)
         return replace(self, camera=camera, camera_motion=None, is_framed=False)
 

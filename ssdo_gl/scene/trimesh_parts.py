@@ -10,7 +10,7 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray, vector
 from ssdo_gl.scene.composition import Part, checked_mesh
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Colours of vertices, and textures, multiply the material's own.
 _WHITE = Material("trimesh", albedo=(1.0, 1.0, 1.0))

@@ -11,7 +11,7 @@ from documentation.pages import ROOT, TEXTS, code_spans, first_names, options, s
 
 from ssdo_gl.scene.files.table import Table
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 FORMAT = "docs/scene-format.md"
 LIGHTS = first_names(section(FORMAT, "Lights"))

@@ -16,7 +16,7 @@ from farm.film_of_five import FILM, contents
 from ssdo_gl.cli import main
 from ssdo_gl.farm import kept_maker, scheduler
 from ssdo_gl.farm.scheduler import FarmError, check_scheduler, connected, mapped
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")

@@ -20,7 +20,8 @@ from fuzz.watch import HangError, address_space, peak_bytes, watched
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 
 pytestmark = pytest.mark.fuzz

@@ -12,7 +12,7 @@ import ssdo_gl
 import ssdo_gl.headless.many_views
 from ssdo_gl import cli
 from ssdo_gl.effects.registry import image_names
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 
 SIZE = (40, 24)

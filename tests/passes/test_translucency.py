@@ -14,7 +14,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.geometry import batching
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 SIZE = (48, 32)
 FRAMES = 64

@@ -10,7 +10,8 @@ from glb_writer import GlbWriter
 
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 BOX = '[[object]]\nshape = "box"\nmin = [0, 0, 0]\nmax = [1, 2, 3]\n'
 

@@ -13,7 +13,7 @@ import ssdo_gl.scene.camera
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.framing import MARGIN
 from ssdo_gl.scene.geometry.mesh import placed
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 
 # Angles and lengths in float64.

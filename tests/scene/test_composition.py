@@ -24,7 +24,7 @@ from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.motion import Motion
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 
 QUAD = [[-1.0, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]

@@ -17,7 +17,8 @@ from ssdo_gl.scene.material_edits import (
     shows_light,
     with_edited,
 )
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.saving.scene_files import scene_text
 

@@ -13,7 +13,7 @@ from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import (
     FLOAT32_MAX,

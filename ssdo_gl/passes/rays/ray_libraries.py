@@ -20,7 +20,7 @@ from ssdo_gl.raytracing.emitter_tables import EmitterTables
 from ssdo_gl.raytracing.emitter_tree import EmitterTree
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.geometry import spans
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Longer than any ray that starts within the scene's bounds: their diagonal is 2 in the
 # normalised frame (`RAY_FAR` of shaders/rays/ray.glsl).

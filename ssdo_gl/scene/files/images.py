@@ -15,7 +15,7 @@ from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.scene.decoders import DecoderError, decoded_basis
 from ssdo_gl.scene.files.paths import read_file
 from ssdo_gl.scene.material import Texture, Wrap
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # The smallest maximum texture size among current desktop OpenGL drivers.
 MAX_SIDE_PX = 16384

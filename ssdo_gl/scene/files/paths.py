@@ -6,7 +6,7 @@ import os
 import stat
 from pathlib import Path
 
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # How the text begins that Git LFS leaves in place of a file that was not fetched.
 _POINTER = b"version https://git-lfs.github.com/spec/"

@@ -11,7 +11,7 @@ from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.scene.files.images import MAX_TEXELS, check_size
 from ssdo_gl.scene.files.paths import check_file, read_file
 from ssdo_gl.scene.files.radiance_hdr import decode_hdr
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Sums over thousands of paths stay finite in float32; the .hdr format reaches 1.7e38.
 MAX_RADIANCE = 1e30

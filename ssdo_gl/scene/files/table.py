@@ -12,7 +12,7 @@ from ssdo_gl import math3d
 from ssdo_gl.math3d import FLAT_SINE, FloatArray, Vector
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.numbers import finite
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.settings import LONGEST
 from ssdo_gl.wording import suggestion

@@ -8,7 +8,7 @@ from ssdo_gl.package_members import modules_in
 from ssdo_gl.scene.files import check_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.scene_format import SceneFormat
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.loading import USUAL
 
 

@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.preset_files import is_preset
 from ssdo_gl.window.camera import jump_to

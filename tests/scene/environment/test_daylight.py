@@ -15,7 +15,8 @@ from ssdo_gl.scene.environment.environment_light import irradiance
 from ssdo_gl.scene.formats import read_description
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 FLOOR = '[[object]]\nshape = "box"\nmin = [-1.0, -1.0, -1.0]\nmax = [1.0, 0.0, 1.0]\n'
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

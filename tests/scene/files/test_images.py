@@ -15,7 +15,7 @@ from PIL import Image
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.files.images import MAX_TEXELS, read_texture
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 GREY, RGB, PALETTE, GREY_ALPHA, RGBA = 0, 2, 3, 4, 6
 

@@ -11,7 +11,7 @@ import pytest
 import ssdo_gl
 from ssdo_gl.scene.geometry.mesh import are_mirrored
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 

@@ -14,7 +14,7 @@ from ssdo_gl.scene.files.images import MAX_TEXELS
 from ssdo_gl.scene.files.radiance_hdr import decode_hdr
 from ssdo_gl.scene.files.radiance_maps import read_radiance_map
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def encoded_row(rgbe: np.ndarray) -> bytes:

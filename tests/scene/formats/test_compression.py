@@ -19,7 +19,8 @@ from ssdo_gl.scene.decoders import client
 from ssdo_gl.scene.files.images import read_texture
 from ssdo_gl.scene.formats.gltf import document
 from ssdo_gl.scene.material import Texture
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.25]], dtype="<f4")
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]], dtype="<u4")

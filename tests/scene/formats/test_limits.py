@@ -17,7 +17,7 @@ from ssdo_gl.scene.formats import model
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.geometry import batching
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 SPHERE = "[[object]]\nshape = 'sphere'\nradius = 1\n"
 SPIN = "animate = { spin = [0, 9, 0] }\n"

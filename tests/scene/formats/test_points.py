@@ -7,7 +7,7 @@ import pytest
 
 from ssdo_gl.scene.formats import point_bodies
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 CUBE = [(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)]
 # The diagonal is sqrt 12; of eight points a body's radius is a hundredth of it.

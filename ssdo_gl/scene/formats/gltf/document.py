@@ -18,7 +18,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.decoders import DecoderError, MissingDecoderError, decoded_meshopt
 from ssdo_gl.scene.files import contained_file, read_file
 from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 Json = dict[str, Any]
 

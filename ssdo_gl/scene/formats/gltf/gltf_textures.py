@@ -13,7 +13,7 @@ from ssdo_gl.scene.files import check_size, doubled
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.material import Texture, Wrap
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 _WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728

@@ -28,7 +28,7 @@ from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
 from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model, some_names
 from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 _UNDRAWN = {
     1: "lines are not drawn",

@@ -13,7 +13,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.material import Texture, Wrap
 from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Numbers that an option takes at most; of all others one word is skipped.
 _NUMBERS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-bm": 1}

@@ -17,7 +17,7 @@ from ssdo_gl.scene.formats.obj.maps import Map, Placement, is_cut_out, masked, r
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Cut-out masks of .mtl files carry no threshold of their own.
 CUTOFF = 0.5

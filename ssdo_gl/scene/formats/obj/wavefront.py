@@ -22,7 +22,7 @@ from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Elements that are not drawn; two-cornered faces are lines.
 _NOT_DRAWN = {"l": "lines", "curv": "curves", "surf": "surfaces"}

@@ -14,7 +14,7 @@ from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
 from ssdo_gl.scene.formats.polygons.stl import parse_stl
 from ssdo_gl.scene.geometry import SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def read_ply(path: Path, where: str) -> Model:

@@ -15,7 +15,7 @@ from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def numbers(text: bytes) -> NDArray[np.float64]:

@@ -19,7 +19,8 @@ from ssdo_gl.scene.formats.toml.scene_tables import (
     read_render_settings,
 )
 from ssdo_gl.scene.lights import RectangleLight
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.toml_text import read_toml
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.files import Table, contained_file, read_texture
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 # Where one of these stands, the surface is glossy unless `specular` says otherwise.
 GLOSS_KEYS = (

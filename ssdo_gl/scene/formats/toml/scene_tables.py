@@ -22,7 +22,7 @@ from ssdo_gl.scene.files import Table, read_radiance_map
 from ssdo_gl.scene.formats.toml.materials import file_beside
 from ssdo_gl.scene.lights import KINDS, Shadow
 from ssdo_gl.scene.motion import Motion
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError, describe, from_file
 from ssdo_gl.settings.settings import LONGEST, MAX_EXPOSURE_EV, SHORTEST, Settings
 

@@ -15,7 +15,7 @@ from scene.fixture_types import Write
 
 from ssdo_gl.math3d import transform_points
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def material_of(glb, tmp_path: Path, **material: object):

@@ -15,7 +15,7 @@ from image_bytes import plain_png
 
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def refusal(glb: GlbWriter, folder: Path) -> str:

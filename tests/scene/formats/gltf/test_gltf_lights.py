@@ -9,7 +9,7 @@ import pytest
 from glb_writer import load
 
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, SpotLight
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def test_punctual_lights_shine_along_minus_z(glb, tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ from image_bytes import png_uri
 
 from ssdo_gl.scene.formats.gltf.allowed import EXTENSIONS
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 PIXELS = np.arange(2 * 2 * 4, dtype=np.uint8).reshape(2, 2, 4) * 10
 

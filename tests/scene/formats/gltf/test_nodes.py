@@ -11,7 +11,8 @@ from glb_writer import GlbWriter
 
 from ssdo_gl import Renderer, Settings
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def load(glb: GlbWriter, folder: Path) -> Scene:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from glb_writer import load
 
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def test_the_camera_of_the_file_is_used(glb, tmp_path: Path) -> None:

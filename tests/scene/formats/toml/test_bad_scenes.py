@@ -12,7 +12,7 @@ from scene.fixture_types import ErrorOf, Write
 
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
 

@@ -8,7 +8,8 @@ import pytest
 
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def loaded(folder: Path, text: str) -> Scene:

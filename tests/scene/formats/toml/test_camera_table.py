@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scene.fixture_types import SceneOf
 
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def test_camera_title_and_settings(scene_of: SceneOf) -> None:

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from ssdo_gl.math3d import transform_points
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_error import SceneError
 
 
 def scene(text: str) -> Scene:

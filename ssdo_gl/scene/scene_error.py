@@ -1,9 +1,13 @@
-"""Refuses what is of another type than is needed."""
+"""A scene that cannot be used; what is of another type than is needed makes one."""
 
 from __future__ import annotations
 
-from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.user_error import UserError
 from ssdo_gl.wording import with_article
+
+
+class SceneError(UserError, ValueError):
+    """A scene that cannot be used: one line naming the file, the key and the cure."""
 
 
 def check_type(
