@@ -10,12 +10,11 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
-from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, cleaned_mesh, smoothed
+from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
@@ -27,10 +26,6 @@ from ssdo_gl.wording import suggestion
 
 # What messages call a scene that is in no file.
 SOURCE = "scene"
-# Where normals are to be made: triangles that lean by more show an edge.
-CREASE_DEGREES = LoadOptions.crease_angle
-# Colours may leave [0, 1] by a step of half floats near 1, as conversions between spaces do.
-_COLOR_ROUNDING = 2.0**-10
 
 
 @dataclass(frozen=True)
@@ -41,52 +36,6 @@ class Part:
     material: Material
     world_from_object: FloatArray
     name: str = ""
-
-
-def checked_mesh(
-    positions: ArrayLike,
-    triangles: ArrayLike,
-    normals: ArrayLike | str | None,
-    uvs: ArrayLike | None,
-    colors: ArrayLike | None,
-    name: str,
-) -> Mesh:
-    """Return what `Mesh.from_arrays` does."""
-    made = isinstance(normals, str)
-    if made and normals != "smooth":
-        raise SceneError(f"normals = {shown(normals)}: expected an array, 'smooth' or None")
-    raw = Mesh(
-        positions,  # type: ignore[arg-type]  # becomes an array
-        triangles,  # type: ignore[arg-type]
-        None if made else normals,  # type: ignore[arg-type]
-        uvs,  # type: ignore[arg-type]
-        None if colors is None else _linear_colors(colors),
-        name=name,
-    )
-    if raw.fault:
-        raise SceneError(raw.fault)
-    mesh = cleaned_mesh(raw).mesh
-    if mesh is None:
-        raise SceneError("triangles: none has an area")
-    return smoothed(mesh, CREASE_DEGREES) if made else mesh
-
-
-def _linear_colors(colors: ArrayLike) -> FloatArray:
-    """Return colours as scene-linear RGBA; those of uint8 are sRGB."""
-    array = np.asarray(colors)
-    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "uif":
-        raise SceneError(f"colors: expected numbers of shape (V, 3) or (V, 4), got {array.shape}")
-    values = array.astype(np.float64)
-    if array.dtype == np.uint8:
-        values /= 255.0
-        values[:, :3] = linear_from_srgb(values[:, :3])
-    beyond = (values < -_COLOR_ROUNDING) | (values > 1.0 + _COLOR_ROUNDING)
-    if beyond.any():  # whole numbers up to 255 of another type than uint8, most often
-        first = int(np.argmax(beyond.any(axis=1)))
-        raise SceneError(
-            f"colors[{first}] = {values[first].tolist()}: expected numbers from 0 to 1, or uint8"
-        )
-    return np.column_stack([values, np.ones(len(values))]) if array.shape[1] == 3 else values
 
 
 def matrices_of(transform: ArrayLike | None) -> FloatArray:

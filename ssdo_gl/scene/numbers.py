@@ -7,12 +7,17 @@ import operator
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError, shown
 
 # float32 holds 3.4e38, but sums and products of larger numbers than this leave it.
 LARGEST_NUMBER = 1e30
+# Colours may leave [0, 1] by a step of half floats near 1, as conversions between spaces do.
+_COLOR_ROUNDING = 2.0**-10
 
 
 def finite(value: object, largest: float = LARGEST_NUMBER) -> float | None:
@@ -73,3 +78,43 @@ def light_numbers(name: str, value: Any) -> Vector:
     if min(color) < 0.0:
         raise SettingError(f"{name} = {color}: expected numbers from 0 on")
     return color
+
+
+def linear_colors(colors: ArrayLike) -> FloatArray:
+    """Return colours as scene-linear RGBA; those of uint8 are sRGB."""
+    array = np.asarray(colors)
+    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "uif":
+        raise SceneError(f"colors: expected numbers of shape (V, 3) or (V, 4), got {array.shape}")
+    values = array.astype(np.float64)
+    if array.dtype == np.uint8:
+        values /= 255.0
+        values[:, :3] = linear_from_srgb(values[:, :3])
+    beyond = (values < -_COLOR_ROUNDING) | (values > 1.0 + _COLOR_ROUNDING)
+    if beyond.any():  # whole numbers up to 255 of another type than uint8, most often
+        first = int(np.argmax(beyond.any(axis=1)))
+        raise SceneError(
+            f"colors[{first}] = {values[first].tolist()}: expected numbers from 0 to 1, or uint8"
+        )
+    return np.column_stack([values, np.ones(len(values))]) if array.shape[1] == 3 else values
+
+
+def is_float64(value: object) -> bool:
+    """Return whether an argument is an array of float64 as it is."""
+    return isinstance(value, np.ndarray) and value.dtype == np.float64
+
+
+def array_of(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
+    """Return an argument as an array of numbers; raises SettingError."""
+    try:
+        array = np.asarray(value)
+        got = f"of {array.dtype}"
+        is_usable = array.dtype.kind in ("iu" if wanted is np.int64 else "iuf")
+    except ValueError:
+        is_usable, got = False, "of rows that differ in length"
+    else:
+        if array.ndim == 0:
+            is_usable, got = False, "without rows"
+    if not is_usable:
+        what = "whole numbers" if wanted is np.int64 else "numbers"
+        raise SettingError(f"{name}: expected an array of {what}, got one {got}")
+    return array.astype(wanted, copy=False)

@@ -129,7 +129,9 @@ class Scene:
         """
         from ssdo_gl.scene import composition
 
-        mesh = composition.checked_mesh(positions, triangles, normals, uvs, colors, name)
+        mesh = Mesh.from_arrays(
+            positions, triangles, normals=normals, uvs=uvs, colors=colors, name=name
+        )
         if material is None and colors is not None:
             material = Material(albedo=(1.0, 1.0, 1.0))
         parts = composition.parts_of(mesh, material, transform, name)

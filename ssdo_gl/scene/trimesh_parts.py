@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray, vector
-from ssdo_gl.scene.composition import Part, checked_mesh
+from ssdo_gl.scene.composition import Part
+from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene_error import SceneError
 
@@ -73,7 +74,9 @@ def _part(mesh: Any, matrices: FloatArray) -> Part:
         triangles = np.arange(len(positions)).reshape(-1, 3)
     # Its own normals are smooth across creases, too, unless they are those of a file.
     name = str(mesh.metadata.get("name", ""))
-    checked = checked_mesh(positions, triangles, "smooth", uvs, colors, name)
+    checked = Mesh.from_arrays(
+        positions, triangles, normals="smooth", uvs=uvs, colors=colors, name=name
+    )
     return Part(checked, material, matrices, name)
 
 

@@ -12,7 +12,7 @@ import ssdo_gl
 import ssdo_gl.scene.camera
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.framing import MARGIN
-from ssdo_gl.scene.geometry.mesh import placed
+from ssdo_gl.scene.geometry.topology import placed
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 

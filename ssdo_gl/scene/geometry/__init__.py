@@ -7,13 +7,10 @@ from ssdo_gl.scene.geometry.flattened import thickened, with_area
 from ssdo_gl.scene.geometry.main_parts import MainPart, main_part
 from ssdo_gl.scene.geometry.mesh import (
     MAX_INSTANCES,
-    SPAN,
     Mesh,
     SceneObject,
-    are_mirrored,
-    corners_within,
-    placed,
-    spans,
+    cleaned_mesh,
+    smoothed,
 )
 from ssdo_gl.scene.geometry.shapes import (
     SEGMENTS,
@@ -25,6 +22,13 @@ from ssdo_gl.scene.geometry.shapes import (
     sphere,
     torus,
 )
-from ssdo_gl.scene.geometry.smoothing import smoothed
 from ssdo_gl.scene.geometry.surfaces import Surfaces
-from ssdo_gl.scene.geometry.topology import check_vertices, cleaned_mesh, joined_vertices
+from ssdo_gl.scene.geometry.topology import (
+    SPAN,
+    are_mirrored,
+    check_vertices,
+    corners_within,
+    joined_vertices,
+    placed,
+    spans,
+)

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject, placed
-from ssdo_gl.scene.geometry.topology import unit_tangents
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.topology import placed, unit_tangents
 from ssdo_gl.scene.material import Material
 
 # Below it every object keeps its mesh, whose instances and bounds serve culling.

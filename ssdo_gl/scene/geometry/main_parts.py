@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
-from ssdo_gl.scene.geometry.mesh import Mesh, placed
+from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.geometry.surfaces import Surfaces
+from ssdo_gl.scene.geometry.topology import placed
 
 # Something empty that is wider than this share of what is looked at parts it.
 _GAP = 0.2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -11,15 +11,29 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.geometry.smoothing import smooth_normals
+from ssdo_gl.scene.geometry.topology import (
+    check_vertices,
+    face_normals,
+    is_closed,
+    spans,
+    unit_normals,
+    unit_tangents,
+    usable_uvs,
+    without_area,
+)
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.numbers import check_index
+from ssdo_gl.scene.numbers import array_of, check_index, is_float64, linear_colors
+from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.wording import counted, described
 
-SPAN = 1 << 14
 # Of one object; their matrices alone fill 128 MiB.
 MAX_INSTANCES = 1 << 20
+# Where normals are to be made: triangles that lean by more show an edge.
+CREASE_DEGREES = LoadOptions.crease_angle
 # How many numbers a vertex has in each array of a mesh.
 VERTEX_WIDTHS = {
     "positions": 3,
@@ -74,9 +88,9 @@ class Mesh:
     def __post_init__(self) -> None:
         for name in VERTEX_WIDTHS:
             value = getattr(self, name)
-            if value is not None and not _is_float64(value):
-                object.__setattr__(self, name, _numbers(name, value, np.float64))
-        object.__setattr__(self, "triangles", _numbers("triangles", self.triangles, np.int64))
+            if value is not None and not is_float64(value):
+                object.__setattr__(self, name, array_of(name, value, np.float64))
+        object.__setattr__(self, "triangles", array_of("triangles", self.triangles, np.int64))
 
     @classmethod
     def from_arrays(
@@ -110,9 +124,23 @@ class Mesh:
         SceneError
             Naming the argument, and what it should be.
         """
-        from ssdo_gl.scene.composition import checked_mesh
-
-        return checked_mesh(positions, triangles, normals, uvs, colors, name)
+        made = isinstance(normals, str)
+        if made and normals != "smooth":
+            raise SceneError(f"normals = {shown(normals)}: expected an array, 'smooth' or None")
+        raw = cls(
+            positions,  # type: ignore[arg-type]  # becomes an array
+            triangles,  # type: ignore[arg-type]
+            None if made else normals,  # type: ignore[arg-type]
+            uvs,  # type: ignore[arg-type]
+            None if colors is None else linear_colors(colors),
+            name=name,
+        )
+        if raw.fault:
+            raise SceneError(raw.fault)
+        mesh = cleaned_mesh(raw).mesh
+        if mesh is None:
+            raise SceneError("triangles: none has an area")
+        return smoothed(mesh, CREASE_DEGREES) if made else mesh
 
     def __repr__(self) -> str:
         name = repr(self.name) if self.name else ""
@@ -195,11 +223,98 @@ class Mesh:
 
     def face_normals(self, span: slice = slice(None)) -> FloatArray:
         """Return unit geometric normals of triangles, shape (T, 3), object space."""
-        triangles = self.triangles[span]
-        normals = np.empty((len(triangles), 3))
-        for part in spans(len(normals)):
-            normals[part] = _face_normals(np.take(self.positions, triangles[part], axis=0))
-        return normals
+        return face_normals(self.positions, self.triangles[span])
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """A usable mesh and what had to go.
+
+    Attributes
+    ----------
+    mesh : Mesh or None
+        None if no triangle was left.
+    not_finite, zero_area, bad_normals : int
+        Dropped triangles with NaN or infinite corners, dropped triangles without
+        area, and vertices whose shading normal was replaced.
+    """
+
+    mesh: Mesh | None
+    not_finite: int = 0
+    zero_area: int = 0
+    bad_normals: int = 0
+
+
+def cleaned_mesh(raw: Mesh, closed: bool | None = None) -> Cleaned:
+    """Return a mesh without unusable triangles and unused vertices.
+
+    Parameters
+    ----------
+    raw : Mesh
+        Nothing but the shapes of its arrays is relied on. Tangents that are no direction become 0.
+    closed : bool or None
+        Whether they bound a solid; None: that is found out.
+
+    Raises
+    ------
+    ValueError
+        If a triangle names a vertex that does not exist.
+    """
+    positions, triangles, colors = raw.positions, raw.triangles, raw.colors
+    check_vertices(triangles, len(positions))
+    finite = np.asarray(np.isfinite(positions).all(axis=1))
+    given = len(triangles)
+    if not finite.all():
+        triangles = triangles[finite[triangles].all(axis=1)]
+    not_finite = given - len(triangles)
+    flat = without_area(positions, triangles)
+    zero_area = int(np.count_nonzero(flat))
+    if zero_area:
+        triangles = triangles[~flat]
+    if not len(triangles):
+        return Cleaned(None, not_finite, zero_area)
+    is_used = np.zeros(len(positions), dtype=bool)
+    is_used[triangles] = True
+    used = np.flatnonzero(is_used)
+    triangles = (np.cumsum(is_used) - 1)[triangles]
+    points = np.ascontiguousarray(positions[used], dtype=np.float64)
+    mesh = Mesh(
+        positions=points,
+        triangles=triangles,
+        uvs=usable_uvs(raw.uvs, used),
+        second_uvs=usable_uvs(raw.second_uvs, used),
+        colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
+        closed=is_closed(points, triangles) if closed is None else closed,
+        name=raw.name,
+    )
+    if raw.normals is None:
+        return Cleaned(mesh, not_finite, zero_area)
+    unit, replaced = unit_normals(raw.normals[used], points, triangles)
+    tangents = None if raw.tangents is None else unit_tangents(raw.tangents[used])
+    mesh = replace(mesh, normals=unit, tangents=tangents)
+    return Cleaned(mesh, not_finite, zero_area, replaced)
+
+
+def smoothed(mesh: Mesh, crease_degrees: float) -> Mesh:
+    """Return the mesh with normals that are smooth except across creases: `smooth_normals`.
+
+    What is flat all over stays a mesh without normals.
+    """
+    others = {
+        name: values
+        for name in VERTEX_WIDTHS
+        if name not in ("positions", "normals") and (values := getattr(mesh, name)) is not None
+    }
+    found = smooth_normals(mesh.positions, mesh.triangles, crease_degrees, joins=not others)
+    if found is None:
+        return replace(mesh, normals=None)
+    return replace(
+        mesh,
+        positions=mesh.positions[found.rows],
+        triangles=found.triangles,
+        normals=found.normals,
+        **{name: values[found.rows] for name, values in others.items()},
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,8 +356,8 @@ class SceneObject:
         if not (self.motion is None or hasattr(self.motion, "world_from_rest")):
             raise SettingError(f"motion = {shown(self.motion)}: expected a Trajectory or None")
         matrices = self.world_from_object
-        if not _is_float64(matrices) or matrices.ndim != 3:
-            matrices = _numbers("world_from_object", matrices, np.float64)
+        if not is_float64(matrices) or matrices.ndim != 3:
+            matrices = array_of("world_from_object", matrices, np.float64)
             matrices = matrices[None] if matrices.ndim == 2 else matrices
             object.__setattr__(self, "world_from_object", matrices)
 
@@ -260,79 +375,3 @@ class SceneObject:
         name = repr(self.name) if self.name else ""
         count = counted(len(self.world_from_object), "instance")
         return described(self, name, f"mesh={self.mesh}", f"material={self.material}", count)
-
-
-def _face_normals(corners: FloatArray) -> FloatArray:
-    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    # The longest edge as unit keeps tiny triangles from underflowing.
-    size = np.maximum(largest_of_rows(edge_1), largest_of_rows(edge_2))[:, None]
-    normal = np.cross(edge_1 / size, edge_2 / size)
-    return np.asarray(normal / lengths_of_rows(normal)[:, None])
-
-
-def _is_float64(value: object) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype == np.float64
-
-
-def _numbers(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
-    """Return an argument as an array of numbers; raises SettingError."""
-    try:
-        array = np.asarray(value)
-        got = f"of {array.dtype}"
-        is_usable = array.dtype.kind in ("iu" if wanted is np.int64 else "iuf")
-    except ValueError:
-        is_usable, got = False, "of rows that differ in length"
-    else:
-        if array.ndim == 0:
-            is_usable, got = False, "without rows"
-    if not is_usable:
-        what = "whole numbers" if wanted is np.int64 else "numbers"
-        raise SettingError(f"{name}: expected an array of {what}, got one {got}")
-    return array.astype(wanted, copy=False)
-
-
-def spans(count: int, length: int = SPAN) -> Iterator[slice]:
-    """Yield slices of at most `length` that cover `count` rows, in order.
-
-    Temporaries that fit into a cache take no memory, nor time.
-    """
-    for start in range(0, count, length):
-        yield slice(start, min(start + length, count))
-
-
-def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:
-    """Return which of the matrices (N, 3 or 4, 4) mirror what they move, (N,).
-
-    Whatever their scales: those of 1e-320 leave the range of a determinant.
-    """
-    linear = matrices[:, :3, :3]
-    size = np.abs(linear).max(axis=1, keepdims=True)
-    return np.asarray(np.linalg.det(linear / np.where(size > 0.0, size, 1.0)) < 0.0)
-
-
-def corners_within(
-    points: FloatArray, triangles: NDArray[np.int64], is_chosen: NDArray[np.bool_]
-) -> FloatArray:
-    """Return the corners (K, 3, 3) of triangles of which all three are chosen.
-
-    Parameters
-    ----------
-    points, is_chosen : ndarray, shape (N, V, 3) and (N, V)
-        The vertices of copies of one mesh.
-    """
-    within = np.take(is_chosen, triangles[:, 0], axis=1)
-    for corner in (1, 2):
-        within &= np.take(is_chosen, triangles[:, corner], axis=1)
-    copy, triangle = np.nonzero(within)
-    return points[copy[:, None], triangles[triangle]]
-
-
-def placed(points: FloatArray, matrices: FloatArray) -> FloatArray:
-    """Return `points` (..., 3) as each of the matrices (N, 4, 4) places them, (N, ..., 3)."""
-    linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1))
-    rows = points.reshape(-1, 3)
-    moved = np.empty((len(matrices), len(rows), 3))
-    for span in spans(len(rows)):
-        np.matmul(rows[span], linear, out=moved[:, span])
-        moved[:, span] += matrices[:, None, :3, 3]
-    return moved.reshape(len(matrices), *points.shape)

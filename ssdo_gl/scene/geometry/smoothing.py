@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
-from ssdo_gl.scene.geometry.mesh import Mesh, spans
-from ssdo_gl.scene.geometry.topology import joined_vertices
+from ssdo_gl.scene.geometry.topology import face_normals, joined_vertices, spans
 
 # Where more triangles meet in one vertex, and not smoothly, they keep their own normals.
 _MAX_STAR = 512
@@ -19,22 +18,42 @@ _PAIRS_AT_ONCE = 1 << 22
 _SAME_NORMAL = 1e-6
 
 
-def smoothed(mesh: Mesh, crease_degrees: float) -> Mesh:
-    """Return the mesh with normals that are smooth except across creases.
+class Smoothed(NamedTuple):
+    """Vertices of a mesh with smooth normals.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (V,)
+        The vertex of the mesh before that each of them was.
+    triangles : ndarray, shape (T, 3)
+    normals : ndarray, shape (V, 3)
+    """
+
+    rows: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+    normals: FloatArray
+
+
+def smooth_normals(
+    positions: FloatArray, triangles: NDArray[np.int64], crease_degrees: float, *, joins: bool
+) -> Smoothed | None:
+    """Return vertices with normals that are smooth except across creases; None: all is flat.
 
     The normal at each corner of a triangle is the mean of the normals of all triangles that
     meet there and lean from it by at most the crease angle, weighted by their angles at the
     vertex (Thuermer and Wuethrich 1998). Vertices at equal positions count as one; those at
-    a crease are split. What is flat all over stays a mesh without normals.
+    a crease are split.
 
     Parameters
     ----------
     crease_degrees : float
         [0, 180].
+    joins : bool
+        Whether vertices at equal positions become one, as nothing else tells them apart.
     """
-    vertex = joined_vertices(mesh.positions)[mesh.triangles].reshape(-1)
-    faces = mesh.face_normals()
-    angles = _corner_angles(mesh)
+    vertex = joined_vertices(positions)[triangles].reshape(-1)
+    faces = face_normals(positions, triangles)
+    angles = _corner_angles(positions, triangles)
     normals = _star_normals(vertex, faces, angles)
     creased = _creased_vertices(
         vertex, faces, normals, float(np.cos(np.radians(crease_degrees / 2.0)))
@@ -49,9 +68,10 @@ def smoothed(mesh: Mesh, crease_degrees: float) -> Mesh:
     )
     stands_out = np.abs(own - faces[at_crease // 3]).max(initial=0.0) >= _SAME_NORMAL
     if not stands_out and not _is_smooth(vertex, faces, normals, creased):
-        return dataclasses.replace(mesh, normals=None)
+        return None
     del faces, angles
-    return _split(mesh, vertex, normals, at_crease, own)
+    place = vertex if joins else triangles.reshape(-1)
+    return _split(triangles, place, vertex, normals, at_crease, own)
 
 
 def _star_normals(vertex: NDArray[np.int64], faces: FloatArray, angles: FloatArray) -> FloatArray:
@@ -101,11 +121,11 @@ def _unit(vectors: FloatArray, otherwise: FloatArray) -> FloatArray:
     return np.where(length > 1e-9, vectors / np.where(length > 1e-9, length, 1.0), otherwise)
 
 
-def _corner_angles(mesh: Mesh) -> FloatArray:
+def _corner_angles(positions: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
     """Return the angle of every corner, (T, 3), radians."""
-    angles = np.empty((len(mesh.triangles), 3))
+    angles = np.empty((len(triangles), 3))
     for span in spans(len(angles)):
-        corners = mesh.corners(span)
+        corners = np.take(positions, triangles[span], axis=0)
         edges = np.roll(corners, -1, axis=1) - corners
         # The longest edge as unit keeps tiny triangles from underflowing.
         largest = largest_of_rows(edges.reshape(-1, 3)).reshape(-1, 3)
@@ -164,36 +184,31 @@ def _creased(
 
 
 def _split(
-    mesh: Mesh,
+    triangles: NDArray[np.int64],
+    place: NDArray[np.int64],
     vertex: NDArray[np.int64],
     normals: FloatArray,
     at_crease: NDArray[np.int64],
     own: FloatArray,
-) -> Mesh:
-    """Return the mesh with a vertex for each normal of a place; equal places are joined.
+) -> Smoothed:
+    """Return a vertex for each normal of a place.
 
     Parameters
     ----------
-    vertex : ndarray, shape (3 T,)
+    place, vertex : ndarray, shape (3 T,)
+        Of corners: what may share a vertex, and the first vertex at its position.
     normals : ndarray, shape (V, 3)
         Of each vertex that has no crease.
     at_crease, own : ndarray, shape (N,) and (N, 3)
         The corners that have one, and their normals.
     """
-    shared = {
-        field.name: getattr(mesh, field.name)
-        for field in dataclasses.fields(mesh)
-        if field.name not in ("positions", "triangles", "normals")
-        and isinstance(getattr(mesh, field.name), np.ndarray)
-    }
-    place = mesh.triangles.reshape(-1) if shared else vertex
     code = np.round(own / _SAME_NORMAL).astype(np.int64)
     order = np.lexsort((*code.T, place[at_crease]))
     rows = np.concatenate([place[at_crease][:, None], code], axis=1)[order]
     is_new = np.ones(len(rows), dtype=bool)
     is_new[1:] = np.any(rows[1:] != rows[:-1], axis=1)
     # One vertex for each place in use, and as many as it has normals at a crease.
-    counts = np.zeros(len(mesh.positions), dtype=np.int64)
+    counts = np.zeros(int(place.max()) + 1, dtype=np.int64)
     counts[place] = 1
     counts[place[at_crease]] = 0
     np.add.at(counts, rows[is_new, 0], 1)
@@ -205,13 +220,7 @@ def _split(
     # Written backwards, so that the first corner of each vertex stays.
     first = np.empty(int(counts.sum()), dtype=np.int64)
     first[number[::-1]] = np.arange(len(number) - 1, -1, -1)
-    kept = mesh.triangles.reshape(-1)[first]
+    kept = triangles.reshape(-1)[first]
     of_first = normals[vertex[first]]
     of_first[number[at_crease[order[is_new]]]] = own[order[is_new]]
-    return dataclasses.replace(
-        mesh,
-        positions=mesh.positions[kept],
-        triangles=number.reshape(-1, 3),
-        normals=of_first,
-        **{name: values[kept] for name, values in shared.items()},
-    )
+    return Smoothed(kept, number.reshape(-1, 3), of_first)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject, placed
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.topology import placed
 from ssdo_gl.scene.material import Material
 
 

@@ -1,36 +1,80 @@
-"""Making triangle lists fit to draw, and telling solids from open surfaces."""
+"""Triangle lists as arrays: made fit to draw, placed; solids told from open surfaces."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FLAT_SINE, FloatArray, largest_of_rows, lengths_of_rows
-from ssdo_gl.scene.geometry.mesh import Mesh, spans
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 
+SPAN = 1 << 14
 
-@dataclass(frozen=True)
-class Cleaned:
-    """A usable mesh and what had to go.
 
-    Attributes
-    ----------
-    mesh : Mesh or None
-        None if no triangle was left.
-    not_finite, zero_area, bad_normals : int
-        Dropped triangles with NaN or infinite corners, dropped triangles without
-        area, and vertices whose shading normal was replaced.
+def spans(count: int, length: int = SPAN) -> Iterator[slice]:
+    """Yield slices of at most `length` that cover `count` rows, in order.
+
+    Temporaries that fit into a cache take no memory, nor time.
     """
+    for start in range(0, count, length):
+        yield slice(start, min(start + length, count))
 
-    mesh: Mesh | None
-    not_finite: int = 0
-    zero_area: int = 0
-    bad_normals: int = 0
+
+def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:
+    """Return which of the matrices (N, 3 or 4, 4) mirror what they move, (N,).
+
+    Whatever their scales: those of 1e-320 leave the range of a determinant.
+    """
+    linear = matrices[:, :3, :3]
+    size = np.abs(linear).max(axis=1, keepdims=True)
+    return np.asarray(np.linalg.det(linear / np.where(size > 0.0, size, 1.0)) < 0.0)
+
+
+def corners_within(
+    points: FloatArray, triangles: NDArray[np.int64], is_chosen: NDArray[np.bool_]
+) -> FloatArray:
+    """Return the corners (K, 3, 3) of triangles of which all three are chosen.
+
+    Parameters
+    ----------
+    points, is_chosen : ndarray, shape (N, V, 3) and (N, V)
+        The vertices of copies of one mesh.
+    """
+    within = np.take(is_chosen, triangles[:, 0], axis=1)
+    for corner in (1, 2):
+        within &= np.take(is_chosen, triangles[:, corner], axis=1)
+    copy, triangle = np.nonzero(within)
+    return points[copy[:, None], triangles[triangle]]
+
+
+def placed(points: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Return `points` (..., 3) as each of the matrices (N, 4, 4) places them, (N, ..., 3)."""
+    linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1))
+    rows = points.reshape(-1, 3)
+    moved = np.empty((len(matrices), len(rows), 3))
+    for span in spans(len(rows)):
+        np.matmul(rows[span], linear, out=moved[:, span])
+        moved[:, span] += matrices[:, None, :3, 3]
+    return moved.reshape(len(matrices), *points.shape)
+
+
+def face_normals(positions: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
+    """Return unit geometric normals of triangles, shape (T, 3)."""
+    normals = np.empty((len(triangles), 3))
+    for span in spans(len(normals)):
+        normals[span] = _face_normals(np.take(positions, triangles[span], axis=0))
+    return normals
+
+
+def _face_normals(corners: FloatArray) -> FloatArray:
+    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    # The longest edge as unit keeps tiny triangles from underflowing.
+    size = np.maximum(largest_of_rows(edge_1), largest_of_rows(edge_2))[:, None]
+    normal = np.cross(edge_1 / size, edge_2 / size)
+    return np.asarray(normal / lengths_of_rows(normal)[:, None])
 
 
 def check_vertices(named: NDArray[np.int64], count: int) -> None:
@@ -38,56 +82,6 @@ def check_vertices(named: NDArray[np.int64], count: int) -> None:
     wrong = named[(named < 0) | (named >= count)]
     if wrong.size:
         raise ValueError(f"a face refers to vertex {wrong.max()} of {count}")
-
-
-def cleaned_mesh(raw: Mesh, closed: bool | None = None) -> Cleaned:
-    """Return a mesh without unusable triangles and unused vertices.
-
-    Parameters
-    ----------
-    raw : Mesh
-        Nothing but the shapes of its arrays is relied on. Tangents that are no direction become 0.
-    closed : bool or None
-        Whether they bound a solid; None: that is found out.
-
-    Raises
-    ------
-    ValueError
-        If a triangle names a vertex that does not exist.
-    """
-    positions, triangles, colors = raw.positions, raw.triangles, raw.colors
-    check_vertices(triangles, len(positions))
-    finite = np.asarray(np.isfinite(positions).all(axis=1))
-    given = len(triangles)
-    if not finite.all():
-        triangles = triangles[finite[triangles].all(axis=1)]
-    not_finite = given - len(triangles)
-    flat = _without_area(positions, triangles)
-    zero_area = int(np.count_nonzero(flat))
-    if zero_area:
-        triangles = triangles[~flat]
-    if not len(triangles):
-        return Cleaned(None, not_finite, zero_area)
-    is_used = np.zeros(len(positions), dtype=bool)
-    is_used[triangles] = True
-    used = np.flatnonzero(is_used)
-    triangles = (np.cumsum(is_used) - 1)[triangles]
-    points = np.ascontiguousarray(positions[used], dtype=np.float64)
-    mesh = Mesh(
-        positions=points,
-        triangles=triangles,
-        uvs=_usable_uvs(raw.uvs, used),
-        second_uvs=_usable_uvs(raw.second_uvs, used),
-        colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
-        closed=is_closed(points, triangles) if closed is None else closed,
-        name=raw.name,
-    )
-    if raw.normals is None:
-        return Cleaned(mesh, not_finite, zero_area)
-    unit, replaced = _unit_normals(raw.normals[used], mesh)
-    tangents = None if raw.tangents is None else unit_tangents(raw.tangents[used])
-    mesh = dataclasses.replace(mesh, normals=unit, tangents=tangents)
-    return Cleaned(mesh, not_finite, zero_area, replaced)
 
 
 def unit_tangents(tangents: FloatArray) -> FloatArray:
@@ -100,11 +94,12 @@ def unit_tangents(tangents: FloatArray) -> FloatArray:
     return np.column_stack([(scaled / np.where(good, length, 1.0)).T, sign])
 
 
-def _usable_uvs(uvs: FloatArray | None, used: NDArray[np.int64]) -> FloatArray | None:
+def usable_uvs(uvs: FloatArray | None, used: NDArray[np.int64]) -> FloatArray | None:
+    """Return the coordinates of `used` vertices, 0 where they are of no use."""
     return None if uvs is None else np.where(np.abs(uvs[used]) <= LARGEST_NUMBER, uvs[used], 0.0)
 
 
-def _without_area(positions: FloatArray, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
+def without_area(positions: FloatArray, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which triangles have no area at the scale of their own edges."""
     flat = np.empty(len(triangles), dtype=bool)
     for span in spans(len(triangles)):
@@ -117,7 +112,9 @@ def _without_area(positions: FloatArray, triangles: NDArray[np.int64]) -> NDArra
     return flat
 
 
-def _unit_normals(normals: FloatArray, mesh: Mesh) -> tuple[FloatArray, int]:
+def unit_normals(
+    normals: FloatArray, positions: FloatArray, triangles: NDArray[np.int64]
+) -> tuple[FloatArray, int]:
     """Return unit normals; those that are no direction become the faces' own."""
     largest = np.abs(normals).max(axis=1, initial=0.0)
     good = np.isfinite(largest) & (largest > 0.0)
@@ -125,8 +122,8 @@ def _unit_normals(normals: FloatArray, mesh: Mesh) -> tuple[FloatArray, int]:
     length = np.linalg.norm(scaled, axis=1, keepdims=True)
     unit = scaled / np.where(length > 0.0, length, 1.0)
     if not good.all():
-        faces = np.repeat(mesh.face_normals(), 3, axis=0)
-        corner = mesh.triangles.reshape(-1)
+        faces = np.repeat(face_normals(positions, triangles), 3, axis=0)
+        corner = triangles.reshape(-1)
         summed = np.stack(
             [np.bincount(corner, faces[:, k], len(normals)) for k in range(3)], axis=1
         )

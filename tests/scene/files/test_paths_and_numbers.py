@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ssdo_gl
-from ssdo_gl.scene.geometry.mesh import are_mirrored
+from ssdo_gl.scene.geometry.topology import are_mirrored
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene_error import SceneError
 

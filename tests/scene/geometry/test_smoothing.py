@@ -11,8 +11,8 @@ import pytest
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import mesh as mesh_module
 from ssdo_gl.scene.geometry import shapes, smoothing
-from ssdo_gl.scene.geometry.mesh import Mesh, spans
-from ssdo_gl.scene.geometry.smoothing import smoothed
+from ssdo_gl.scene.geometry.mesh import Mesh, smoothed
+from ssdo_gl.scene.geometry.topology import spans
 
 
 def soup(mesh: Mesh) -> Mesh:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.scene.geometry import Mesh, shapes, topology
-from ssdo_gl.scene.geometry.topology import cleaned_mesh, is_closed, joined_vertices
+from ssdo_gl.scene.geometry import Mesh, cleaned_mesh, shapes, topology
+from ssdo_gl.scene.geometry.topology import is_closed, joined_vertices
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 FACE = np.array([[0, 1, 2]])
