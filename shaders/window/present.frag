@@ -1,13 +1,16 @@
 #version 330 core
 // One image of the renderer as colours on a screen. What is bound is a sum of frames or
-// a single one; KIND says what its numbers mean (`ssdo_gl/images/display.py` has the names).
+// a single one; KIND says what its numbers mean (`ssdo_gl/images/display.py` has the names),
+// SMOOTH_EDGES whether edges are smoothed, which is for colours.
 #include "lib/color.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/space.glsl"
+#include "window/smoothed.glsl"
 
 uniform sampler2D t_image;
 uniform sampler2D t_z_vs;         // of the same frame, for what is no colour
 uniform float u_weight;           // 1 / frames summed
+uniform float u_smoothing;        // how much of an edge's steps to take away, [0, 1]
 uniform int u_first_channel;
 uniform float u_exposure_scale;   // 2^EV
 uniform mat3 u_world_from_view;
@@ -23,7 +26,11 @@ const float FAINTEST = 0.1;  // tells the farthest surface from the background
 
 void main()
 {
+#if SMOOTH_EDGES == 1
+    vec4 image = smoothed(t_image, v_uv, u_weight, u_smoothing);
+#else
     vec4 image = u_weight * texture(t_image, v_uv);
+#endif
 #if KIND == 0
     vec3 shown = srgb_encode(clamp(image.rgb, 0.0, 1.0));
 #elif KIND == 1

@@ -239,12 +239,18 @@ class Presenter:
     ) -> None:
         assert self.picture is not None and image.drawing is not None
         view = image.drawing.view
-        defines = {"KIND": int(kind), "TONE_CURVE": int(curve == "aces")}
+        smoothing = image.edge_smoothing
+        defines = {
+            "KIND": int(kind),
+            "TONE_CURVE": int(curve == "aces"),
+            "SMOOTH_EDGES": int(smoothing > 0.0),
+        }
         program = self._shaders.program(FULLSCREEN, "window/present.frag", defines, view.choices)
         plane, texture = self._plane(image)
         program.set(
             {
                 "u_weight": image.weight if plane.texture is not None else 1.0,
+                "u_smoothing": smoothing,
                 "u_first_channel": plane.first_channel,
                 "u_exposure_scale": 2.0**exposure,
                 "u_world_from_view": view.view_from_world.T,

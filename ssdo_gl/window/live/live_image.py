@@ -140,6 +140,20 @@ class LiveImage:
         assert self._request is not None, "nothing was drawn yet"
         return 1.0 / self.sample_count if is_averaged(self._request.kind) else 1.0
 
+    @property
+    def edge_smoothing(self) -> float:
+        """How much of the steps of edges is to be taken away from what is shown.
+
+        All of it of a picture in motion, whose pixels show one point each; less and less of an
+        average, which has smooth edges once it is of all offsets; none of the samples of a
+        reference, and of numbers.
+        """
+        assert self._request is not None, "nothing was drawn yet"
+        is_picture = self._request.kind is ColorMapping.DISPLAY
+        if not is_picture or self._request.settings.is_reference or self._frames >= REFINE_FRAMES:
+            return 0.0
+        return 1.0 / self._frames
+
     def restart(self) -> None:
         """Forget what was drawn: shaders or the scene have changed."""
         self.drawing = None

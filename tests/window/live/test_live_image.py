@@ -79,6 +79,19 @@ def test_refined_window_is_the_anti_aliased_snapshot(gl, device, live, presenter
     assert np.abs(picture - expected).max() <= ROUNDING
 
 
+def test_a_picture_in_motion_has_smooth_edges(gl, device, live, presenter, scene) -> None:
+    """As smooth as they are of many offsets, but for a part; a reference stays as it was drawn."""
+    settings = dataclasses.replace(SETTINGS, antialias=64)
+    with Renderer(scene, settings, device=device) as renderer:
+        many = picture_of("display", renderer.render(["display"]).images["display"]).astype(int)
+    live.update(request(scene))
+    smooth = shown(presenter, scene, View(), live)
+    plain = picture_of("display", live.last_plane.read()).astype(int)
+    assert np.square(smooth - many).mean() < 0.85 * np.square(plain - many).mean()
+    live.update(request(scene, settings=dataclasses.replace(SETTINGS, method="reference-near")))
+    assert live.edge_smoothing == 0.0
+
+
 def test_what_is_not_settled_stays_out_of_the_average(live, scene, monkeypatch) -> None:
     settled = iter([False, False, True])
     draw = live.renderer.draw
