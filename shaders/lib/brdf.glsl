@@ -237,7 +237,8 @@ vec2 once_shares(FacetView view, vec3 w_in)
     float masked = cos_in * view.spread + view.cos_out * sqrt(mix(cos_in * cos_in, 1.0, a_2));
     float once = 0.5 * INV_PI * d * d * cos_in / max(masked, 1e-30);
     float rise = pow_5(max(1.0 - 0.5 * sqrt(h_2), 0.0));
-    return cos_in > 0.0 ? vec2(once, once * rise) : vec2(0.0);
+    // Who looks from below a mapped normal's horizon sees no facet by its back.
+    return cos_in > 0.0 && cosine > 0.0 ? vec2(once, once * rise) : vec2(0.0);
 }
 
 vec3 once_of_shares(Brdf brdf, vec2 shares)

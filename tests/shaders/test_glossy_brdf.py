@@ -139,6 +139,19 @@ def test_samples_against_float64(gl, shaders, given, normals, w_outs, points):
     assert np.quantile(np.abs(found_weight - weight)[good], 0.999) < 5e-3
 
 
+@batches(5, given=surfaces(), normals=directions(), w_outs=directions(), points=squares())
+def test_who_looks_from_below_the_horizon_sees_no_firefly(
+    gl, shaders, given, normals, w_outs, points
+):
+    """Mapped normals turn that far; of a facet's back nobody sees a highlight."""
+    inputs = {**at(given, normals, w_outs), "u": points.array(COUNT)}
+    cosine = np.einsum("ni,ni->n", inputs["normal"], inputs["w_out"])
+    inputs["w_out"] = float32(inputs["w_out"] - 2.0 * cosine[:, None] * inputs["normal"])
+    weight = shader(gl, shaders, f"{SAMPLE}.weight", inputs, 3)
+    assert weight.min() >= 0.0
+    assert weight.max() <= 11.0
+
+
 @batches(5, given=surfaces(), normals=directions(), w_outs=directions(), w_ins=directions())
 def test_light_may_be_turned_round(gl, shaders, given, normals, w_outs, w_ins):
     """All but the light that facets scatter on, which is shared out by the view alone."""
