@@ -11,8 +11,6 @@ A `Scene` is read by `load_scene`, or made by ``Scene.from_arrays``, ``Scene.fro
 
 from __future__ import annotations
 
-from ssdo_gl.version import __version__
-
 # In place of that of typing, of which an early Ctrl-C would be a traceback.
 TYPE_CHECKING = False
 
@@ -68,8 +66,10 @@ if TYPE_CHECKING:
     from ssdo_gl.scene.scene_error import SceneError
     from ssdo_gl.settings import Settings
     from ssdo_gl.settings.fields import SettingError
+    from ssdo_gl.version import __version__
 
 _HOMES = {
+    "__version__": "ssdo_gl.version",
     "Camera": "ssdo_gl.scene.camera",
     "ConstantEnvironment": "ssdo_gl.scene.environment",
     "DirectionalLight": "ssdo_gl.scene.lights",
