@@ -19,7 +19,7 @@ from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces, are_mirrored, ba
 from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_data import SceneData, SceneKind
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
@@ -112,6 +112,7 @@ class SceneBuilder:
 
     def build(
         self,
+        kind: type[SceneKind],
         camera: Camera | None,
         environment: Environment | None,
         *,
@@ -122,7 +123,7 @@ class SceneBuilder:
         render: Mapping[str, Any] | None = None,
         title: str = "",
         purpose: str = "",
-    ) -> Scene:
+    ) -> SceneKind:
         """Assemble the scene; what is missing of camera and light is added.
 
         Parameters
@@ -156,7 +157,7 @@ class SceneBuilder:
         is_studio = isinstance(environment, MapEnvironment) and environment.name == defaults.STUDIO
         has_ground = is_framed and bool(slack) and self._lay_ground(camera, environment)
         asked = {} if self._is_traced() else {"method": defaults.RAYLESS_METHOD}
-        return Scene(
+        return kind(
             meshes=tuple(self.meshes),
             materials=tuple(self.materials),
             objects=tuple(self.objects),
@@ -169,7 +170,7 @@ class SceneBuilder:
             purpose=purpose,
             notes=tuple(self.notes),
             loading=self.options,
-            reach=self._reach(camera) if exposure is None else Scene.reach,
+            reach=self._reach(camera) if exposure is None else SceneData.reach,
             backdrop=defaults.BACKDROP if is_studio or has_ground else None,
             metering_slack=slack,
             is_framed=is_framed,
@@ -318,7 +319,7 @@ class SceneBuilder:
         self.objects = [self.objects[index] for index in kept]
 
     def _check_size(self) -> None:
-        scene = Scene(
+        scene = SceneData(
             tuple(self.meshes), (), tuple(self.objects), Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
         )
         low, high = scene.bounds()

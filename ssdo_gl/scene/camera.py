@@ -5,18 +5,16 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, Vector
 from ssdo_gl.scene.numbers import check_number, checked_size, three_numbers
+from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings.fields import SettingError, shown
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.scene import Scene
 
 # The second and third are the same.
 PROJECTIONS = ("perspective", "orthographic", "ortho")
@@ -24,6 +22,14 @@ PROJECTIONS = ("perspective", "orthographic", "ortho")
 MAX_ELEVATION_DEGREES = 89.0
 # From the axes of a camera in a convention to ours: x right, y up, z back.
 CONVENTIONS = {"opengl": (1.0, 1.0, 1.0), "opencv": (1.0, -1.0, -1.0)}
+
+
+@runtime_checkable
+class Framed(Protocol):
+    """What tells from where all of it is seen: a `Scene`."""
+
+    def framed(self, ahead: Vector | None, fov_y: float, exposure: float | None) -> Camera:
+        """Return what `Camera.fit` does."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +98,7 @@ class Camera:
     @classmethod
     def fit(
         cls,
-        scene: Scene,
+        scene: Framed,
         *,
         direction: ArrayLike | None = None,
         fov_y: float = 40.0,
@@ -116,19 +122,12 @@ class Camera:
         SceneError, SettingError
             Naming what has no meaning.
         """
-        from ssdo_gl.scene.checks import check_scene
-        from ssdo_gl.scene.defaults import frame, seen_from
-
-        check_scene(scene)
+        check_type("scene", scene, Framed, "Scene")
         _check_fov(fov_y)
-        level = scene.camera.exposure if exposure is None else exposure
-        if direction is None:
-            return frame(scene.surfaces(), fov_y, level)
-        ahead = three_numbers("direction", direction)
+        ahead = None if direction is None else three_numbers("direction", direction)
         if ahead == (0.0, 0.0, 0.0):
             raise SettingError("direction = (0, 0, 0): expected a direction")
-        toward = -math3d.normalized(ahead)
-        return seen_from(scene.surfaces(), toward, fov_y, level)
+        return scene.framed(ahead, fov_y, exposure)
 
     @classmethod
     def from_pose(

@@ -9,15 +9,15 @@ from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_data import SceneData
 from ssdo_gl.scene.scene_error import SceneError, check_type
 
 _KINDS = {"meshes": Mesh, "materials": Material, "objects": SceneObject, "lights": Light}
 
 
-def check_scene(scene: Scene) -> None:
+def check_scene(scene: SceneData) -> None:
     """Raise SceneError naming the first part of a scene that cannot be drawn, and the cure."""
-    check_type("scene", scene, Scene)
+    check_type("scene", scene, SceneData, "Scene")
     for name, kind in _KINDS.items():
         for index, item in enumerate(getattr(scene, name)):
             check_type(f"{name}[{index}]", item, kind)
@@ -31,7 +31,7 @@ def check_scene(scene: Scene) -> None:
         _check_object(scene, item, f"objects[{index}]")
 
 
-def _check_object(scene: Scene, item: SceneObject, where: str) -> None:
+def _check_object(scene: SceneData, item: SceneObject, where: str) -> None:
     counts = {"mesh": scene.meshes, "material": scene.materials, "light": scene.lights}
     for name, parts in counts.items():
         index = getattr(item, name)

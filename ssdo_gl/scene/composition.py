@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
@@ -18,24 +17,15 @@ from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_data import SceneData, SceneKind
 from ssdo_gl.scene.scene_error import SceneError, a_type, check_type
+from ssdo_gl.scene.trimesh_parts import Part, trimesh_parts
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.wording import suggestion
 
 # What messages call a scene that is in no file.
 SOURCE = "scene"
-
-
-@dataclass(frozen=True)
-class Part:
-    """A mesh with a material, and the (N, 4, 4) matrices that place it."""
-
-    mesh: Mesh
-    material: Material
-    world_from_object: FloatArray
-    name: str = ""
 
 
 def matrices_of(transform: ArrayLike | None) -> FloatArray:
@@ -56,13 +46,14 @@ def matrices_of(transform: ArrayLike | None) -> FloatArray:
 
 
 def composed(
+    kind: type[SceneKind],
     parts: Sequence[Part],
     camera: Camera | None,
     lights: Iterable[Light],
     environment: Environment | None,
     render: Mapping[str, Any] | None,
     title: str,
-) -> Scene:
+) -> SceneKind:
     """Return a scene of parts; light and camera are added where there are none."""
     if not isinstance(lights, Iterable):
         raise SceneError(f"lights: expected a list of lights, got {a_type(lights)}")
@@ -78,10 +69,10 @@ def composed(
     if camera is not None:
         check_type("camera", camera, Camera)
     exposure = None if camera is None else camera.exposure
-    return builder.build(camera, environment, exposure=exposure, render=render, title=title)
+    return builder.build(kind, camera, environment, exposure=exposure, render=render, title=title)
 
 
-def extended(scene: Scene, parts: Sequence[Part], lights: Sequence[Light]) -> Scene:
+def extended(scene: SceneKind, parts: Sequence[Part], lights: Sequence[Light]) -> SceneKind:
     """Return `scene` with more in it.
 
     A camera that was chosen to frame the scene frames what it is now, and light that was
@@ -106,6 +97,7 @@ def extended(scene: Scene, parts: Sequence[Part], lights: Sequence[Light]) -> Sc
     _add(builder, parts, lights)
     camera = scene.camera
     built = builder.build(
+        type(scene),
         None if scene.is_framed else camera,
         None if drops and scene.has_added_sky else scene.environment,
         exposure=camera.exposure if scene.metering_slack is None else None,
@@ -135,11 +127,9 @@ def parts_of(
         if item.fault:
             raise SceneError(item.fault)
         return [Part(item, material or Material(), matrices, name or item.name)]
-    if isinstance(item, Scene):
+    if isinstance(item, SceneData):
         parts = [_part_of_scene(item, part) for part in item.objects if not part.is_ground]
     elif type(item).__module__.partition(".")[0] == "trimesh":
-        from ssdo_gl.scene.trimesh_parts import trimesh_parts
-
         parts = trimesh_parts(item)
     else:
         raise SceneError(
@@ -156,7 +146,7 @@ def parts_of(
     ]
 
 
-def _part_of_scene(scene: Scene, item: SceneObject) -> Part:
+def _part_of_scene(scene: SceneData, item: SceneObject) -> Part:
     mesh = scene.meshes[item.mesh]
     if item.motion is not None or mesh.pose is not None:
         raise SceneError(f"add: {item.name or 'an object'} of the scene moves: it cannot be placed")
@@ -198,8 +188,8 @@ def index_of(items: Sequence[Any], which: int | str, what: str) -> int:
 
 
 def with_object(
-    scene: Scene, which: int | str, transform: ArrayLike | None, material: Material | None
-) -> Scene:
+    scene: SceneKind, which: int | str, transform: ArrayLike | None, material: Material | None
+) -> SceneKind:
     """Return the scene with an object placed elsewhere, or of another material."""
     index = index_of(scene.objects, which, "object")
     item = scene.objects[index]
@@ -220,7 +210,7 @@ def with_object(
     return dataclasses.replace(scene, objects=tuple(objects), materials=tuple(materials))
 
 
-def with_light(scene: Scene, which: int | str, light: Light) -> Scene:
+def with_light(scene: SceneKind, which: int | str, light: Light) -> SceneKind:
     """Return the scene with another light in the place of one of the same kind."""
     index = index_of(scene.lights, which, "light")
     check_type(f"light {shown(which)}", light, type(scene.lights[index]))

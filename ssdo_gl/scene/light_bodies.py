@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, MAX_PANELS
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_data import SceneData
 
 # Where something is translucent, maps of 8 and 32 panels take 189 and 506 ms a frame, rays to all
 # of them 93 and 102, for 1.08 and 1.12 of the squared error (160x90).
 MOST_PANELS = 4
 
 
-def body_lights(scene: Scene) -> dict[int, range]:
+def body_lights(scene: SceneData) -> dict[int, range]:
     """Return, for each light that names a glowing object, all lights that stand for it.
 
     An object names the first of them; the others follow it, up to the first that another
@@ -34,14 +34,14 @@ def body_lights(scene: Scene) -> dict[int, range]:
     return runs
 
 
-def parts_of_bodies(scene: Scene) -> frozenset[int]:
+def parts_of_bodies(scene: SceneData) -> frozenset[int]:
     """Return the lights that share their body with others."""
     return frozenset(
         light for lights in body_lights(scene).values() if len(lights) > 1 for light in lights
     )
 
 
-def bodies_with_images(scene: Scene) -> frozenset[int]:
+def bodies_with_images(scene: SceneData) -> frozenset[int]:
     """Return the lights of bodies that emit an image, of which they have but the mean."""
     with_images = {
         item.light
@@ -54,7 +54,7 @@ def bodies_with_images(scene: Scene) -> frozenset[int]:
     return frozenset(i for first in with_images & runs.keys() for i in runs[first])
 
 
-def approximations(scene: Scene) -> frozenset[int]:
+def approximations(scene: SceneData) -> frozenset[int]:
     """Return the lights in whose place rays to points of their bodies are better.
 
     They do not send exactly what the body does; or they are of many panels, where
@@ -64,7 +64,7 @@ def approximations(scene: Scene) -> frozenset[int]:
     return stand_ins(scene) | bodies_with_images(scene) | _many_panels(scene)
 
 
-def _many_panels(scene: Scene) -> frozenset[int]:
+def _many_panels(scene: SceneData) -> frozenset[int]:
     if has_crowd_of_panels(scene):
         return _panels(scene)
     lights = frozenset(i for run in body_lights(scene).values() for i in run)
@@ -74,7 +74,7 @@ def _many_panels(scene: Scene) -> frozenset[int]:
     return lights if any(m.is_translucent for m in used) else frozenset()
 
 
-def has_crowd_of_panels(scene: Scene) -> bool:
+def has_crowd_of_panels(scene: SceneData) -> bool:
     """Return whether bodies are left over of which no lights were made, as panels are so many.
 
     docs/far-field-lights.md has what they took as exact lights.
@@ -86,11 +86,11 @@ def has_crowd_of_panels(scene: Scene) -> bool:
     return is_over and len(_panels(scene)) > MAX_LIGHTS - MAX_PANELS
 
 
-def _panels(scene: Scene) -> frozenset[int]:
+def _panels(scene: SceneData) -> frozenset[int]:
     lights = frozenset(i for run in body_lights(scene).values() for i in run)
     return lights - stand_ins(scene)
 
 
-def stand_ins(scene: Scene) -> frozenset[int]:
+def stand_ins(scene: SceneData) -> frozenset[int]:
     """Return the lights that share a body of another shape, within which they lie."""
     return frozenset(i for i in parts_of_bodies(scene) if scene.lights[i].body() is None)

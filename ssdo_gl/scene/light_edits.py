@@ -15,13 +15,13 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry import SceneObject
 from ssdo_gl.scene.light_bodies import body_lights
 from ssdo_gl.scene.lights import BLACK, Form, Light
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene_data import SceneData, SceneKind
 
 # Edge of a new light with an area, as a part of how far it is from the eye.
 NEW_EDGE = 0.25
 
 
-def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) -> Scene:
+def with_lights(original: SceneKind, lights: Sequence[Light], on: Sequence[bool]) -> SceneKind:
     """Return `original` with its lights replaced by `lights`, dark where not `on`.
 
     The body that stands for a rectangle light in the picture follows it: it moves and turns
@@ -30,7 +30,7 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
 
     Parameters
     ----------
-    original : Scene
+    original : SceneData
         As it was loaded.
     lights : sequence of Light
         One for each light of `original`, of the same kind.
@@ -88,21 +88,21 @@ def _moved(item: SceneObject, before: Light, after: Light, material: int) -> Sce
     return dataclasses.replace(item, world_from_object=matrices, material=material)
 
 
-def _sharing(scene: Scene, index: int) -> range:
+def _sharing(scene: SceneData, index: int) -> range:
     """Return the lights that stand for the same body as one does, itself among them."""
     alone = range(index, index + 1)
     return next((run for run in body_lights(scene).values() if index in run), alone)
 
 
 def moved_lights(
-    scene: Scene, lights: Sequence[Light], index: int, matrix: FloatArray
+    scene: SceneData, lights: Sequence[Light], index: int, matrix: FloatArray
 ) -> list[Light]:
     """Return `lights`, one moved by a rigid (4, 4) matrix, with those that share its body."""
     moves = _sharing(scene, index)
     return [light.moved(matrix) if i in moves else light for i, light in enumerate(lights)]
 
 
-def with_added_light(scene: Scene, light: Light) -> Scene:
+def with_added_light(scene: SceneKind, light: Light) -> SceneKind:
     """Return the scene with one more light, the last one, and the body that shows it."""
     meshes, materials, objects = scene.meshes, scene.materials, scene.objects
     body = light.body()
@@ -119,7 +119,7 @@ def with_added_light(scene: Scene, light: Light) -> Scene:
     )
 
 
-def without_light(scene: Scene, index: int) -> tuple[Scene, range]:
+def without_light(scene: SceneKind, index: int) -> tuple[SceneKind, range]:
     """Return the scene without a light and its body, and all lights that went with it."""
     gone = _sharing(scene, index)
 

@@ -100,6 +100,7 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     if len(model.cameras) > 1 and options.camera is None and not options.frames_all:
         builder.note(f"seen from the first of the file's cameras: {listed_names(model.cameras, 6)}")
     scene = builder.build(
+        Scene,
         None if seen is None else seen.camera,
         None,
         exposure=None,

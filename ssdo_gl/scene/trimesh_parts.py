@@ -1,14 +1,14 @@
-"""Objects of trimesh as parts of a scene; trimesh itself is not imported."""
+"""Parts of a scene, and objects of trimesh as such; trimesh itself is not imported."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray, vector
-from ssdo_gl.scene.composition import Part
 from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene_error import SceneError
@@ -25,6 +25,16 @@ _TEXTURES = {
     "occlusionTexture": "occlusion_texture",
 }
 _COLORS = ("baseColorTexture", "emissiveTexture")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh with a material, and the (N, 4, 4) matrices that place it."""
+
+    mesh: Mesh
+    material: Material
+    world_from_object: FloatArray
+    name: str = ""
 
 
 def trimesh_parts(item: Any) -> list[Part]:

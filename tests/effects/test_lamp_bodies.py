@@ -46,7 +46,7 @@ def lit_floor(world: FloatArray, *boxes: FloatArray) -> Scene:
         tuple(math3d.transform_points(world, p)) for p in ((3.2, 2.5, 3.0), (0.0, 0.3, 0.0))
     )
     up = tuple(world[:3, 1] / np.linalg.norm(world[:3, 1]))
-    return builder.build(Camera(position, target, up, 50.0), None)
+    return builder.build(Scene, Camera(position, target, up, 50.0), None)
 
 
 def direct(scene: Scene, shadows: str, rays: int = 1) -> FloatArray:

@@ -380,7 +380,7 @@ def test_what_rays_take_long_for_asks_for_a_method_without(monkeypatch, moves, m
     motion = Motion(spin=(0.0, 45.0, 0.0)) if moves else None
     mesh = builder.mesh("quad", lambda: Mesh.from_arrays(QUAD, HALVES))
     builder.add(SceneObject(mesh, builder.material(Material("grey")), np.eye(4)[None], motion))
-    scene = builder.build(None, None)
+    scene = builder.build(Scene, None, None)
     said = any("the usual method is bounce" in note for note in scene.notes)
     assert (scene.render.get("method"), said) == (method, method is not None)
-    assert builder.build(None, None, render={"method": "gi"}).render["method"] == "gi"
+    assert builder.build(Scene, None, None, render={"method": "gi"}).render["method"] == "gi"

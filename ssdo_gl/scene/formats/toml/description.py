@@ -90,6 +90,7 @@ def read_description(
     camera_table = top.table("camera") or Table(source, "[camera]", {})
     camera, fov_y, exposure = read_camera(camera_table)
     scene = builder.build(
+        Scene,
         camera,
         environment,
         exposure=exposure,
