@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from ssdo_gl.scene.lights import DirectionalLight
 # and what the camera's lens adds. In small images it is a few texels wide. Around it the sky is
 # asked up to twice as far away.
 REACH, TEXELS, MOST_REACH = 2.5, 1.5, 5.0
+# What is wider is not cut: as long as more than so much of this light comes from around, it is
+# sought farther about its middle, in steps up to so many degrees.
+MOST_CUT, REACH_GROWTH, LARGEST_REACH = 0.1, 1.25, 10.0
 # What is brighter than so many times that sky is the sun,
 BRIGHTER = 2.0
 # if it brings this share of what a surface that faces it receives. A lamp of a studio is larger,
@@ -40,34 +43,89 @@ def sun_apart(
     height, width = image.shape[:2]
     level = image.mean(axis=2)
     row, column = np.unravel_index(level.argmax(), level.shape)
-    reach = min(max(REACH, TEXELS * 180.0 / height), MOST_REACH)
-    margin = math.ceil(2.0 * reach / 180.0 * height)
-    band = slice(max(int(row) - margin, 0), int(row) + margin + 1)
-    near, shown = image[band].astype(np.float64), level[band]
-    directions, size = _texels(height, width, np.arange(height)[band], np.arange(width))
-    peak = directions[row - band.start, column]
-    apart = np.degrees(np.arccos(np.clip(directions @ peak, -1.0, 1.0)))
-    around = (apart > reach) & (apart <= 2.0 * reach)
-    if not around.any():
+    middle = _texels(height, width, row[None], column[None])[0][0, 0]
+    found = _bright_within(image, level, middle, _reach(height))
+    larger = found
+    while larger is not None and larger.is_cut and larger.reach * REACH_GROWTH <= LARGEST_REACH:
+        larger = _bright_within(image, level, larger.middle, larger.reach * REACH_GROWTH)
+    if larger is not None and not larger.is_cut:
+        found = larger
+    if found is None:
         return whole
-    sky = np.median(near[around], axis=0)
-    chosen = (apart <= reach) & (shown > BRIGHTER * sky.mean())
-    light = (near[chosen] - sky) * size[chosen][:, None]
-    irradiance = light.sum(axis=0).clip(min=0.0)
+    irradiance = found.light.sum(axis=0).clip(min=0.0)
     rest = image.copy()
-    rest[band][chosen] = sky
-    facing = irradiance.mean() + _irradiance(rest, peak)
-    weight = light.mean(axis=1)
-    to_sun = weight @ directions[chosen]
+    rest[found.rows][found.chosen] = found.sky
+    facing = irradiance.mean() + _irradiance(rest, found.middle)
+    weight, size = found.light.mean(axis=1), found.size
     # The solid angle of an even disk that is as bright as the sun's light is in the mean.
-    solid_angle = weight.sum() ** 2 / max(np.sum(weight**2 / size[chosen]), 1e-300)
+    solid_angle = weight.sum() ** 2 / max(np.sum(weight**2 / size), 1e-300)
     disk = 2.0 * math.degrees(math.acos(max(1.0 - solid_angle / (2.0 * math.pi), -1.0)))
-    if not (irradiance.mean() > LEAST_SHARE * facing and disk <= 2.0 * reach):
+    if not (irradiance.mean() > LEAST_SHARE * facing and disk <= 2.0 * found.reach):
         return whole
-    x, y, z = (-to_sun / np.linalg.norm(to_sun)).tolist()
+    x, y, z = (-found.middle).tolist()
     red, green, blue = irradiance.tolist()
     sun = DirectionalLight((x, y, z), (red, green, blue), disk, name=SUN)
     return replace(whole, image=rest, sun=sun)
+
+
+@dataclass(frozen=True, eq=False)
+class _Bright:
+    """What shines within some degrees of a place in an image.
+
+    Attributes
+    ----------
+    reach : float
+        Those degrees.
+    rows : slice
+        Of the image, of which `chosen` (R, W) says which texels shine.
+    sky : ndarray, shape (3,)
+        Around.
+    light, size : ndarray, shape (N, 3) and (N,)
+        Irradiance that they bring beyond that of such a sky, and their solid angles.
+    middle : ndarray, shape (3,)
+        Unit, towards the middle of that light.
+    is_cut : bool
+        Whether what shines goes on beyond.
+    """
+
+    reach: float
+    rows: slice
+    chosen: NDArray[np.bool_]
+    sky: FloatArray
+    light: FloatArray
+    size: FloatArray
+    middle: FloatArray
+    is_cut: bool
+
+
+def _reach(height: int) -> float:
+    return min(max(REACH, TEXELS * 180.0 / height), MOST_REACH)
+
+
+def _bright_within(
+    image: NDArray[np.float32], level: NDArray[np.float32], middle: FloatArray, reach: float
+) -> _Bright | None:
+    """Return what shines within `reach` degrees of a direction; None if no sky is around."""
+    height, width = level.shape
+    row = math.acos(max(min(float(middle[1]), 1.0), -1.0)) / math.pi * height
+    margin = math.ceil(2.0 * reach / 180.0 * height)
+    rows = slice(max(int(row) - margin, 0), int(row) + margin + 1)
+    near, shown = image[rows].astype(np.float64), level[rows]
+    directions, size = _texels(height, width, np.arange(height)[rows], np.arange(width))
+    apart = np.degrees(np.arccos(np.clip(directions @ middle, -1.0, 1.0)))
+    around = (apart > reach) & (apart <= 2.0 * reach)
+    if not around.any():
+        return None
+    sky = np.median(near[around], axis=0)
+    shines = shown > BRIGHTER * sky.mean()
+    chosen = (apart <= reach) & shines
+    light = (near[chosen] - sky) * size[chosen][:, None]
+    weight = light.mean(axis=1)
+    beyond = np.sum((shown - sky.mean())[around & shines] * size[around & shines])
+    to_light = weight @ directions[chosen]
+    to_light = to_light / max(np.linalg.norm(to_light), 1e-300)
+    is_cut = bool(beyond > MOST_CUT * weight.sum())
+    return _Bright(reach, rows, chosen, sky, light, size[chosen], to_light, is_cut)
 
 
 def turned_sun(environment: MapEnvironment) -> DirectionalLight | None:

@@ -43,6 +43,16 @@ def test_it_shines_from_where_it_was_and_as_brightly(rows: int) -> None:
     assert "a light of its own" in sun_note(environment)
 
 
+@pytest.mark.parametrize("rows", [5, 9])
+def test_a_lamp_that_is_wider_is_taken_whole(rows: int) -> None:
+    """What stayed of it would light rooms by rays that seldom find it."""
+    environment = sun_apart(sunny(level=400.0, rows=rows))
+    assert environment.sun is not None
+    assert environment.image.max() == SKY.max()
+    middle = to_texel(ROW + rows / 2, COLUMN + rows / 2)
+    assert np.dot(environment.sun.direction, -middle) > np.cos(0.3 * TEXEL)
+
+
 def test_the_image_that_was_given_is_left_alone() -> None:
     image = sunny()
     before = image.copy()
