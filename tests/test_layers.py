@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -103,8 +104,8 @@ def own(names: frozenset[str], known: set[str]) -> set[str]:
         parts = name.split(".")
         if parts[0] != "ssdo_gl":
             continue
-        for end in range(len(parts), 1, -1):
-            path = "/".join(parts[1:end])
+        for end in range(len(parts), 0, -1):
+            path = "/".join(parts[1:end]) or "__init__"
             if path in known or f"{path}/__init__" in known:
                 found.add(path)
                 break
@@ -139,6 +140,22 @@ def layer_faults(sources: dict[str, str]) -> list[str]:
             if other != unit and LEVEL.get(other, 99) >= LEVEL[unit]:
                 faults.append(f"{name} imports {target}, which is not below it")
     return faults
+
+
+def circle_faults(sources: dict[str, str]) -> list[str]:
+    """Return a line for a circle of modules that import each other, if there is one.
+
+    Imports within functions, and those of type checkers alone, count: one reads both modules.
+    """
+    graph = {}
+    for name, source in sources.items():
+        targets = own(imported(source), set(sources))
+        graph[name] = {t if t in sources else f"{t}/__init__" for t in targets} - {name}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return [" <- ".join(error.args[1])]
+    return []
 
 
 def sibling_faults(sources: dict[str, str]) -> list[str]:
@@ -177,18 +194,6 @@ def _defines(source: str, suffix: str) -> bool:
     )
 
 
-def format_faults(sources: dict[str, str]) -> list[str]:
-    """Return one line for each import from inside a format's folder by an outsider."""
-    faults = []
-    for name, source in sources.items():
-        for target in sorted(own(imported(source), set(sources))):
-            folder, _, inside = target.removeprefix("scene/formats/").partition("/")
-            folder = f"scene/formats/{folder}/"
-            if target.startswith(folder) and inside and not name.startswith(folder):
-                faults.append(f"{name} imports {target}, the inside of {folder}")
-    return faults
-
-
 def opengl_faults(sources: dict[str, str]) -> list[str]:
     """Return one line for each module that must not need OpenGL but imports it."""
     faults = []
@@ -214,9 +219,8 @@ def inside_faults(sources: dict[str, str]) -> list[str]:
     faults = []
     for name, source in sources.items():
         for target in sorted(own(imported(source), set(sources))):
-            folder = "/".join(target.split("/")[:2])
-            is_inside = target.count("/") > 1 and not target.endswith("/__init__")
-            if is_inside and not name.startswith(f"{folder}/"):
+            folder = target.rpartition("/")[0]
+            if "/" in folder and not name.startswith(f"{folder}/"):
                 faults.append(f"{name} imports {target}: take it from {folder}")
     return faults
 
@@ -274,12 +278,12 @@ def test_imports_point_down():
     assert layer_faults(modules(PACKAGE)) == []
 
 
+def test_imports_run_in_no_circle():
+    assert circle_faults(modules(PACKAGE)) == []
+
+
 def test_passes_and_effects_do_not_import_their_kind():
     assert sibling_faults(modules(PACKAGE)) == []
-
-
-def test_formats_are_entered_by_their_package():
-    assert format_faults(modules(PACKAGE)) == []
 
 
 def test_scenes_and_graph_do_not_need_opengl():
@@ -330,6 +334,14 @@ def test_oracles_are_independent_of_the_package():
         (layer_faults, {"scene/a": "from ssdo_gl import renderer", "renderer": ""}),
         (layer_faults, {"window/a": "from ssdo_gl.bench.b import c", "bench/b": ""}),
         (layer_faults, {"stranger": ""}),
+        (layer_faults, {"window/a": "from ssdo_gl import Scene", "__init__": ""}),
+        (circle_faults, {"scene/a": "from ssdo_gl.scene.b import c",
+                         "scene/b": "def f():\n    from ssdo_gl.scene.a import d"}),
+        (circle_faults, {"scene/a": "from ssdo_gl.scene.b import c",
+                         "scene/b": "if TYPE_CHECKING:\n    import ssdo_gl.scene.a"}),
+        (circle_faults, {"scene/a": "from ssdo_gl.scene.kinds import c",
+                         "scene/kinds/__init__": "from ssdo_gl.scene.kinds.b import c",
+                         "scene/kinds/b": "from ssdo_gl.scene.a import d"}),
         (sibling_faults, {"passes/a": "from ssdo_gl.passes.b import BPass\nclass APass: ...",
                        "passes/b": "class BPass: ..."}),
         (sibling_faults, {"passes/a": "from ssdo_gl.passes.rays import BPass\nclass APass: ...",
@@ -337,7 +349,7 @@ def test_oracles_are_independent_of_the_package():
                        "passes/rays/b": "class BPass: ..."}),
         (sibling_faults, {"effects/a": "from ssdo_gl.effects.b import B\nclass A(Effect): ...",
                           "effects/b": "class B(Effect): ..."}),
-        (format_faults, {"scene/load": "from ssdo_gl.scene.formats.obj.mtl import x",
+        (inside_faults, {"scene/load": "from ssdo_gl.scene.formats.obj.mtl import x",
                          "scene/formats/obj/mtl": ""}),
         (opengl_faults, {"scene/a": "import moderngl"}),
         (opengl_faults, {"graph/graph": "from ssdo_gl.graph import x",
@@ -359,7 +371,9 @@ def test_each_rule_finds_its_fault(check, sources):
     [
         (layer_faults, {"gpu/a": "from ssdo_gl.scene.b import c\nimport numpy", "scene/b": ""}),
         (layer_faults, {"scene/a": "from ssdo_gl.scene.b import c", "scene/b": ""}),
-        (layer_faults, {"window/a": "from ssdo_gl import __version__", "__init__": ""}),
+        (circle_faults, {"scene/a": "from ssdo_gl.scene.kinds import b, c",
+                         "scene/kinds/__init__": "from ssdo_gl.scene.kinds.b import c",
+                         "scene/kinds/b": "import ssdo_gl.scene.d", "scene/d": ""}),
         (sibling_faults, {"passes/a": "from ssdo_gl.passes.b import f\nclass APass: ...",
                        "passes/b": "def f(): ..."}),
         (sibling_faults, {"passes/a": "from ssdo_gl.passes.rays import f\nclass APass: ...",
@@ -367,7 +381,7 @@ def test_each_rule_finds_its_fault(check, sources):
                                                "from ssdo_gl.passes.rays.c import f",
                        "passes/rays/b": "class BPass: ...",
                        "passes/rays/c": "def f(): ..."}),
-        (format_faults, {"scene/load": "from ssdo_gl.scene.formats.obj import x",
+        (inside_faults, {"scene/formats/toml/a": "from ssdo_gl.scene.formats.obj import x",
                          "scene/formats/obj/__init__": "import ssdo_gl.scene.formats.obj.mtl",
                          "scene/formats/obj/mtl": "from ssdo_gl.scene.formats.model import y",
                          "scene/formats/model": ""}),
