@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.frame_loop import FrameJob, FrameLoop
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.frame import FrameView
@@ -30,6 +29,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.backgrounds import background_color
+from ssdo_gl.settings.methods import METHODS
 
 # Longer side of the picture that exposure is measured from.
 METERED_PX = 160

@@ -29,8 +29,6 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "version",
         "images/color",
     ),
-    ("settings/fields", "effects/estimators"),
-    ("effects/methods",),
     ("settings",),
     ("scene",),
     ("raytracing",),

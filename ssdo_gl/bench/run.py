@@ -53,7 +53,6 @@ from ssdo_gl.bench.storage import (
     replace_json,
 )
 from ssdo_gl.effects.far_field import FarField
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.headless.progress import StageProgress, stage_progress
 from ssdo_gl.images.error import Mask
@@ -62,6 +61,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.version import __version__
 
 QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)

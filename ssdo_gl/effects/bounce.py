@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, ClassVar
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.near_field import (
     OPEN_DIRECTIONS,
     can_share_directions,
@@ -32,6 +31,7 @@ from ssdo_gl.passes.screen_space_settings import (
     kept_names,
 )
 from ssdo_gl.passes.terms import SenderTerms
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import setting
 
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, lights_of_glow, need_of_direct_light
 from ssdo_gl.effects.shadows import ShadowMapSettings, unread_maps
@@ -35,6 +34,7 @@ from ssdo_gl.scene.lights import Form, Light, RectangleLight, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.methods import ALL, REFERENCES
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 
 from ssdo_gl import math3d
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
-from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.near_field import (
     OPEN_DIRECTIONS,
     estimator_of,
@@ -49,6 +48,7 @@ from ssdo_gl.scene.environment import (
     kind_of,
 )
 from ssdo_gl.scene.lights import Form, Light
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import setting
 
 CONTROL_NUMBERS = {"none": 0, "ratio": 1, "subtract": 2}

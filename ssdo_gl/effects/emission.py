@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.methods import ALL
 from ssdo_gl.effects.request import Decision, Request
+from ssdo_gl.settings.methods import ALL
 
 
 class Emission(Effect):

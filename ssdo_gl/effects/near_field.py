@@ -6,7 +6,6 @@ import dataclasses
 from typing import TypeVar
 
 from ssdo_gl.effects.effect import ReasonedPass
-from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.request import Request, Shortcut, overridden
 from ssdo_gl.passes.edge_aware_filter import (
     FILTER,
@@ -16,6 +15,7 @@ from ssdo_gl.passes.edge_aware_filter import (
 )
 from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.settings import Settings
 
 EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)

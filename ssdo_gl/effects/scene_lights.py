@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Decision, Request, Shortcut
 from ssdo_gl.scene.light_bodies import approximations
+from ssdo_gl.settings.methods import METHODS
 
 
 def _reason_to_drop_lights(request: Request) -> str | None:

@@ -8,8 +8,6 @@ from typing import Any, ClassVar
 
 from ssdo_gl.effects.ambient import combine_of, need_of_visibility
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
-from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, described
-from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_settings, filtered
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.frame import Frame
@@ -24,7 +22,9 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_resources,
 )
+from ssdo_gl.settings.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, described
 from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.methods import ALL, REFERENCES
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.markup import escape
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.held_signals import whole_before_ctrl_c
 from ssdo_gl.gpu.warm_device import WarmDevice
@@ -36,6 +35,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.version import __version__
 from ssdo_gl.wording import printable
 

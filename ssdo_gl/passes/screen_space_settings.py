@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, LIGHT_ESTIMATORS, described
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.settings.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, LIGHT_ESTIMATORS, described
 from ssdo_gl.settings.fields import SettingError, setting
 from ssdo_gl.settings.settings import same_as
 

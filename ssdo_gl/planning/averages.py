@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 
 from ssdo_gl.effects.bounce import BouncePass
 from ssdo_gl.effects.directional import DirectionalPass
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass
 from ssdo_gl.passes.own_lookup import OWN_RAYS
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
+from ssdo_gl.settings.methods import METHODS
 
 # What the filter writes where nobody asks for one of two images.
 SUMMED_LIGHT = "filtered_irradiance"

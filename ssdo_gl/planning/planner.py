@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Decided, Request
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
@@ -21,6 +20,7 @@ from ssdo_gl.planning.walk import build, decide
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.methods import METHODS
 
 # Plans kept for when a decision goes back and forth; each may hold textures of its own.
 MOST_PLANS = 8

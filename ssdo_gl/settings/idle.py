@@ -9,13 +9,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ssdo_gl.effects.effect import Effect
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import effects
 from ssdo_gl.effects.tables import SurfaceCache
 from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterSettings
 from ssdo_gl.passes.temporal import TEMPORAL
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.settings.settings import Settings
 
 

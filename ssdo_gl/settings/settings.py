@@ -10,10 +10,9 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal
 
-from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.backgrounds import BACKGROUNDS
+from ssdo_gl.settings.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 from ssdo_gl.settings.fields import (
     SettingError,
     SettingInfo,
@@ -23,6 +22,7 @@ from ssdo_gl.settings.fields import (
     documented,
     setting,
 )
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.wording import described
 
 Combine = Literal["ambient", "multiply", "report"]

@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.images.display import ColorMapping, color_mapping
 from ssdo_gl.settings import AOVS, Settings
+from ssdo_gl.settings.methods import METHODS
 
 # A divider at the very edge could not be grabbed again.
 DIVIDER_MARGIN = 0.02

@@ -12,9 +12,9 @@ import ssdo_gl
 from ssdo_gl import cli, process
 from ssdo_gl.bench.presets import read_ladder
 from ssdo_gl.effects import registry
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import AOVS
+from ssdo_gl.settings.estimators import ESTIMATORS
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.input.bindings import help_groups
 
 

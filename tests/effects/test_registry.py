@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import effects, image_names, pass_settings, term_names
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
+from ssdo_gl.settings.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 from ssdo_gl.settings.fields import describe
+from ssdo_gl.settings.methods import METHODS
 
 
 def test_names_are_unique():

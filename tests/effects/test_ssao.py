@@ -18,8 +18,8 @@ from passes.estimator_cases import (
     twin_of,
 )
 
-from ssdo_gl.effects import estimators as registry
 from ssdo_gl.effects.ssao import SsaoSettings
+from ssdo_gl.settings import estimators as registry
 
 SIZE = (48, 36)
 TAN_Y = 0.5

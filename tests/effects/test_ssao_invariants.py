@@ -19,11 +19,11 @@ from passes.estimator_cases import (
 )
 from passes.pass_harness import make_frame, make_scene, quad, run_pass
 
-from ssdo_gl.effects import estimators as registry
 from ssdo_gl.effects.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings import estimators as registry
 
 SIZE = (48, 36)
 TAN_Y = 0.5

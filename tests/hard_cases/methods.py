@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from ssdo_gl.effects import methods
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.settings import Settings
+from ssdo_gl.settings import Settings, methods
 
 SIZE = (64, 48)
 # Of shadow maps for pictures so small: those of the usual size took most of these tests' time.

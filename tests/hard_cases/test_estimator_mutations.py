@@ -19,9 +19,9 @@ from passes.estimator_cases import (
 )
 
 from ssdo_gl.effects.bounce import BouncePass, BounceSettings
-from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.ssao import SsaoSettings
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.settings.estimators import ESTIMATORS
 
 SIZE, TAN_Y = (48, 36), 0.5
 # As in tests/effects/test_ssao.py and test_bounce.py.

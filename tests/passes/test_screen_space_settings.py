@@ -9,13 +9,13 @@ from passes.estimator_cases import picture_frame
 
 from ssdo_gl.effects.bounce import BounceSettings
 from ssdo_gl.effects.directional import DirectionalSettings
-from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,
     pattern_offset,
 )
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import SettingError, check, parse
 
 CLASSES = (ScreenSpaceSettings, SsaoSettings, DirectionalSettings, BounceSettings)

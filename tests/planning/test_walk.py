@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.graph import compile_graph
@@ -17,6 +16,7 @@ from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.walk import build, decide
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.methods import METHODS
 
 SCENE = load_scene("cornell_meso")
 METALS = str(Path(__file__).parents[2] / "benchmarks" / "metals.toml")

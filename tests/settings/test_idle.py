@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from ssdo_gl.cli import main
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import pass_settings
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
@@ -17,6 +16,7 @@ from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import Kind, SettingInfo, describe
 from ssdo_gl.settings.flags import read_command
 from ssdo_gl.settings.idle import check_used, idle_because
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.settings.preset_files import write_preset
 from ssdo_gl.settings.resolve import settings_for
 

@@ -9,12 +9,11 @@ import pydoc
 import pytest
 from documentation.pages import settings_table
 
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings import Settings, modes
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import (
     FLOAT32_MAX,
     Kind,
@@ -24,6 +23,7 @@ from ssdo_gl.settings.fields import (
     value_text,
 )
 from ssdo_gl.settings.flags import build_parser, read_command
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.settings.pass_settings import passes_without_settings
 from ssdo_gl.settings.preset_files import preset_fields, preset_text
 from ssdo_gl.settings.run_options import RunOptions

@@ -19,7 +19,6 @@ from pathlib import Path
 import pytest
 
 from ssdo_gl import resources
-from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.compute import compute_source, kernel_source, visible_surface_source
 from ssdo_gl.gpu.shader import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
@@ -29,6 +28,7 @@ from ssdo_gl.gpu.shader_source import (
     flatten,
     strip_comments,
 )
+from ssdo_gl.settings.estimators import ESTIMATORS
 
 ROOT = Path(str(resources.folder("shaders")))
 FILES = sorted(p.relative_to(ROOT).as_posix() for p in ROOT.rglob("*") if p.is_file())

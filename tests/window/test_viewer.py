@@ -14,8 +14,8 @@ from window.driven_viewer import FORWARD, FRAME_S, ROUNDING, SETTINGS, SIZE, ask
 
 from ssdo_gl.bench.presets import NAMES, load_preset
 from ssdo_gl.cli import main
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import AOVS
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.input.bindings import Command
 from ssdo_gl.window.live import REFINE_FRAMES, inspect

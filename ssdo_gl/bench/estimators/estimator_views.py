@@ -34,14 +34,14 @@ from ssdo_gl.bench.measure import (
     unit_px,
 )
 from ssdo_gl.bench.storage import BenchError
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.images.error import Mask, mean_level
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.estimators import ESTIMATORS
+from ssdo_gl.settings.methods import METHODS
 
 # Radii on the screen, pixels: the mean over what is in view.
 RADII_PX = (10.0, 40.0, 160.0)

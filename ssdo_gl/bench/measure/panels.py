@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ssdo_gl.bench.measure.points import PICTURE, Point
 from ssdo_gl.effects import registry
 from ssdo_gl.effects.effect import Effect
-from ssdo_gl.effects.methods import METHODS, REFERENCES, Method
+from ssdo_gl.settings.methods import METHODS, REFERENCES, Method
 
 # Emitters do not count (`errors.judged_pixels`), so what they emit has no error.
 NOT_JUDGED = "emission"

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.effects import registry
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS, Method
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.methods import METHODS, Method
 
 # The kind of points that are judged by their picture; any other kind is an image's name.
 PICTURE = "radiance"

@@ -7,8 +7,8 @@ from html import escape
 
 from ssdo_gl.bench.measure import Point
 from ssdo_gl.bench.scaling import PARTS
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.settings.estimators import ESTIMATORS
+from ssdo_gl.settings.methods import METHODS
 
 # (on light paper, on dark paper). Colour-blind readers tell them apart with the shapes' help.
 _COLORS = (

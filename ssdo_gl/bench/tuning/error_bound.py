@@ -31,11 +31,11 @@ from ssdo_gl.bench.presets import PresetRung, read_ladder
 from ssdo_gl.bench.statistics import draw, rmse_interval
 from ssdo_gl.bench.tuning.calibration import Calibrated, Calibration, opened
 from ssdo_gl.bench.tuning.tune import CALIBRATION_FRAMES, CannotTuneError, Choice, check_usable
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.methods import METHODS
 
 # Errors are calibrated on a smaller frame: a reference of the whole one would take minutes.
 # A larger frame shows more detail, so errors there are smaller, not larger.

@@ -17,12 +17,12 @@ from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.measure import BenchRenderer, is_busy, load_average
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
 from ssdo_gl.bench.tuning.calibration import opened
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.methods import METHODS
 
 # Frames whose median is one calibrated time.
 CALIBRATION_FRAMES = 7

@@ -8,12 +8,12 @@ from typing import ClassVar
 
 from ssdo_gl.effects.ambient import combine_of, need_of_visibility
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
-from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.composite import OcclusionMode
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, radius_ns
+from ssdo_gl.settings.methods import REFERENCES
 from ssdo_gl.settings.settings import same_as
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights, radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
+from ssdo_gl.settings.methods import REFERENCES
 from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.methods import ALL
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.scene_lights import need_of_direct_light
 from ssdo_gl.graph.render_pass import PassContext
@@ -15,6 +14,7 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.settings.methods import ALL
 from ssdo_gl.settings.settings import same_as
 
 # Rays to each light of one draw and pixel.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import ImVec2, imgui
 
-from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.settings.settings import MAX_SIZE_PX
 from ssdo_gl.window.saving import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS

@@ -14,7 +14,7 @@ from ssdo_gl.bench.estimators.estimator_views import QUANTITIES, TablePlan, poin
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.measure.reference_cache import Reference
 from ssdo_gl.cli import main
-from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS
+from ssdo_gl.settings.estimators import ESTIMATORS, LIGHT_ESTIMATORS
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.aov)

@@ -7,8 +7,8 @@ import pytest
 from ssdo_gl.bench.measure.panels import error_panels
 from ssdo_gl.bench.measure.points import GridError, Point, read_grid
 from ssdo_gl.bench.presets import FIELDS, read_ladder
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.methods import METHODS
 
 BASE = Settings(size=(64, 36), radius=0.3, seed=5)
 

@@ -19,8 +19,8 @@ from ssdo_gl.bench.report.figures import (
 )
 from ssdo_gl.bench.report.page import measured_panels, report_html
 from ssdo_gl.bench.scaling import PARTS
-from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.settings.estimators import ESTIMATORS
+from ssdo_gl.settings.methods import METHODS
 
 
 @pytest.fixture(scope="module")

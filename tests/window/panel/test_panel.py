@@ -8,8 +8,8 @@ import glfw
 import pytest
 from window.overlay.drawn_overlay import SIZE, DrawnOverlay
 
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.panel import panel as panel_module
 
 # The height of the menu bar.

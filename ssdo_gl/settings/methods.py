@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
+from ssdo_gl.settings.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 
 @dataclass(frozen=True)
