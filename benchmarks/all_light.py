@@ -28,12 +28,12 @@ from ssdo_gl.bench.measure.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.statistics.metrics import flip_ldr, srgb_of
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.images.error import bias, mean_level, relative, relative_mse
+from ssdo_gl.options.resolve import resolved
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.formats import model_suffixes
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import resolved
 
 INTERIORS = Path(__file__).parent.parent / "tests" / "effects" / "interiors"
 # Never looked at while `gi` was tuned.

@@ -39,10 +39,10 @@ from ssdo_gl.gpu.context import Device, create_context, describe
 from ssdo_gl.images.display import picture_of
 from ssdo_gl.images.error import failures, relative_rmse
 from ssdo_gl.images.files import png_bytes
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for
 
 SECONDS = 480.0
 SCENE = "cornell_meso"

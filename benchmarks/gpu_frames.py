@@ -16,11 +16,11 @@ from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.geometry import triangle_rasterizer
 from ssdo_gl.gpu.timer import Timer
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.render_result import PassReport
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.live.live_image import REFINE_FRAMES
 
 PRESET = "balanced"

@@ -20,11 +20,11 @@ from benchmarks.common import answering, command, positive
 from ssdo_gl.bench.measure.machine import CLOCK_NAMES, cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.gpu.context import create_context
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for
 
 SIZE = (640, 360)
 ROUNDS = 15

@@ -37,9 +37,9 @@ from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.bench.storage import csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.images.files import png_bytes
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for
 
 SIZE, RADIUS = (640, 360), 0.3
 ROUNDS, FRAMES, TRACED_SPP = 5, 3, 256

@@ -18,12 +18,12 @@ from pathlib import Path
 
 from benchmarks.common import answering, check_scenes, command, positive, size_of
 from ssdo_gl.gpu.context import create_context
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.render_result import FrameTimes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for
 
 PICTURE = ("display",)
 GBUFFER = ("depth", "normal_ws", "albedo")

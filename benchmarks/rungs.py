@@ -38,9 +38,9 @@ from ssdo_gl.bench.measure.machine import CLOCK_NAMES
 from ssdo_gl.bench.statistics import rmse_of
 from ssdo_gl.bench.storage import csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings.resolve import settings_for
 
 SCENES = ("cornell_meso", "courtyard", "stairs")
 SIZE = (320, 180)

@@ -13,6 +13,17 @@ from typing import TYPE_CHECKING, Any
 from ssdo_gl.dispatch import carry_out, check_flags_used
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.images.files import STDOUT, check_output, image_paths
+from ssdo_gl.options.flags import (
+    STREAM,
+    CommandLine,
+    UsageError,
+    build_parser,
+    flag_infos,
+    read_command,
+    wanted_aovs,
+)
+from ssdo_gl.options.resolve import camera_from_text, settings_for
+from ssdo_gl.options.several_scenes import one_by_one
 from ssdo_gl.process import (
     EXIT_INTERRUPTED,
     EXIT_NO_OPENGL,
@@ -24,18 +35,7 @@ from ssdo_gl.process import (
     steadfast_output,
 )
 from ssdo_gl.settings import modes
-from ssdo_gl.settings.flags import (
-    STREAM,
-    CommandLine,
-    UsageError,
-    build_parser,
-    flag_infos,
-    read_command,
-    wanted_aovs,
-)
 from ssdo_gl.settings.loading import FIT
-from ssdo_gl.settings.resolve import camera_from_text, settings_for
-from ssdo_gl.settings.several_scenes import one_by_one
 from ssdo_gl.user_error import UserError
 from ssdo_gl.wording import printable
 

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.headless.reading import read_scene
 from ssdo_gl.images.files import is_picture
+from ssdo_gl.options.flags import STREAM, CommandLine, UsageError, flag_infos
+from ssdo_gl.options.idle import check_used
+from ssdo_gl.options.resolve import chosen_camera, for_pictures, settings_for
+from ssdo_gl.options.run_options import RunOptions
 from ssdo_gl.process import EXIT_INTERRUPTED, EXIT_MISSED, EXIT_OK
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings, modes
-from ssdo_gl.settings.flags import STREAM, CommandLine, UsageError, flag_infos
-from ssdo_gl.settings.idle import check_used
 from ssdo_gl.settings.loading import FIT
-from ssdo_gl.settings.resolve import chosen_camera, for_pictures, settings_for
-from ssdo_gl.settings.run_options import RunOptions
 
 if TYPE_CHECKING:
     from ssdo_gl.film.shots import Shots

@@ -20,6 +20,7 @@ from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import checked_camera, checked_images
 from ssdo_gl.images.average import jitter
+from ssdo_gl.options.resolve import resolved, with_scene_settings
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.planning.planner import FramePlan, Planner
@@ -30,7 +31,6 @@ from ssdo_gl.scene.numbers import check_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import resolved, with_scene_settings
 from ssdo_gl.shared_scene import SharedScene
 
 

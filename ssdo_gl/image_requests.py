@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.effects.registry import effects, image_names
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
@@ -16,7 +17,6 @@ from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, shown
 from ssdo_gl.settings.loading import LoadOptions, load_options
-from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.wording import suggestion
 
 

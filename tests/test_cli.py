@@ -19,12 +19,12 @@ from command_scenes import BOX, SKY, SMALL, scene_file
 from ssdo_gl.cli import main
 from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.gpu import texture_pool
+from ssdo_gl.options.pass_settings import passes_without_settings
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.pass_settings import passes_without_settings
 
 
 def refused(capsys, arguments):

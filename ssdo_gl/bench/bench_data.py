@@ -8,9 +8,9 @@ from typing import Any
 
 from ssdo_gl.bench.analysis import Recommendation, ReferenceSummary, Result
 from ssdo_gl.bench.measure import Point
+from ssdo_gl.options.command_line import command_line
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.command_line import command_line
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from ssdo_gl.options.preset_files import read_preset
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.preset_files import read_preset
 from ssdo_gl.wording import suggestion
 
 # What a rung decides; everything else is the user's.

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
+from ssdo_gl.options.run_options import FRAMES_PER_SECOND, FilmOptions, RunOptions
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.run_options import FRAMES_PER_SECOND, FilmOptions, RunOptions
 
 # How long a turntable takes where nothing else is said.
 TURN_SECONDS = 8.0

@@ -18,7 +18,7 @@ from ssdo_gl.headless.film_frames import EncodedFrame, FilmRequest, FrameMaker, 
 from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.headless.snapshot import print_notes
 from ssdo_gl.images.files import OutputError, write_atomically
-from ssdo_gl.settings.run_options import FRAMES_PER_SECOND
+from ssdo_gl.options.run_options import FRAMES_PER_SECOND
 from ssdo_gl.whole_files import has_data
 from ssdo_gl.wording import counted, printable
 

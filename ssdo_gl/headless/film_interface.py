@@ -15,11 +15,11 @@ from ssdo_gl.headless.film import make_film
 from ssdo_gl.headless.film_frames import FilmRequest, rendered_frames, shows_pictures
 from ssdo_gl.image_requests import asked_scene, images_of
 from ssdo_gl.images.surface_arrays import Image
+from ssdo_gl.options.resolve import for_pictures
+from ssdo_gl.options.run_options import FRAMES_PER_SECOND
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.resolve import for_pictures
-from ssdo_gl.settings.run_options import FRAMES_PER_SECOND
 
 
 @dataclass(frozen=True)

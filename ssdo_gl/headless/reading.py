@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ssdo_gl.options.flags import STREAM
 from ssdo_gl.scene.formats import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import SceneError
-from ssdo_gl.settings.flags import STREAM
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.wording import printable
 

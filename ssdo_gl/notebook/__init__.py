@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.image_requests import asked_scene
+from ssdo_gl.options.resolve import for_pictures
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.resolve import for_pictures
 
 
 def view(

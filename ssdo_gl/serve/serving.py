@@ -13,6 +13,7 @@ from typing import Any
 
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.options.run_options import ServeOptions
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.serve.access import is_any
@@ -20,7 +21,6 @@ from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.serve.server import run_server
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.run_options import ServeOptions
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.first_exposure import exposed
 from ssdo_gl.window.viewer import Viewer

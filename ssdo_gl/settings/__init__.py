@@ -1,4 +1,4 @@
-"""What a user may choose: declared once, read, checked and written here."""
+"""What a user may choose: declared once, checked and written here."""
 
 from __future__ import annotations
 

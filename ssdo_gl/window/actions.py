@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ssdo_gl.images.files import OutputError
+from ssdo_gl.options.preset_files import preset_fields, write_preset
 from ssdo_gl.scene.animate import camera_at
 from ssdo_gl.settings.fields import SettingError
-from ssdo_gl.settings.preset_files import preset_fields, write_preset
 from ssdo_gl.window.camera import (
     fit,
     focus_on,

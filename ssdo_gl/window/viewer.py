@@ -12,12 +12,12 @@ from typing import Any
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
-from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.canvas import DEFAULT_BUDGET_MS, Canvas, without_line

@@ -16,9 +16,9 @@ from ssdo_gl.bench import run as bench
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.run import BenchPlan, run_bench
 from ssdo_gl.cli import main
+from ssdo_gl.options.idle import idle_in_pictures
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
-from ssdo_gl.settings.idle import idle_in_pictures
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("flip_evaluator")

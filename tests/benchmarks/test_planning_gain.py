@@ -9,8 +9,8 @@ from benchmarks.planning_gain import (
     measure,
     table_of,
 )
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.scene.load import builtin_names, load_scene
-from ssdo_gl.settings.resolve import settings_for
 
 COST = SceneCost("room", 7, 11, 50.0, 100.0, 0.5, 0.125, 0.0015, 0.004, 0.25)
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ssdo_gl.cli import build_parser
+from ssdo_gl.options.flags import flag_infos
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import Kind, value_text
-from ssdo_gl.settings.flags import flag_infos
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md")))

@@ -13,8 +13,8 @@ from documentation.pages import ROOT, TEXTS, TUTORIAL, blocks, code_spans, first
 
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.cli import build_parser, main
+from ssdo_gl.options.pass_settings import overrides_from_text
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.settings.pass_settings import overrides_from_text
 
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -14,9 +14,9 @@ import ssdo_gl.effects
 from ssdo_gl import resources
 from ssdo_gl.effects import registry
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings.resolve import settings_for
 
 PAGE = (Path(__file__).parents[2] / "docs" / "adding-an-effect.md").read_text(encoding="utf-8")
 STRENGTH = 3.0

@@ -15,12 +15,12 @@ from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.options.pass_settings import overrides_from_text
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, setting
-from ssdo_gl.settings.pass_settings import overrides_from_text
-from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.panel.control_rows import pass_rows
 
 GLOW = """#version 330 core

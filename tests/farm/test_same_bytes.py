@@ -27,10 +27,10 @@ from ssdo_gl.cli import main
 from ssdo_gl.farm.scenes import CapturedWork
 from ssdo_gl.gpu.warm_device import WarmDevice
 from ssdo_gl.headless.progress import StageProgress
+from ssdo_gl.options.flags import CommandLine
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.flags import CommandLine
 
 pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")

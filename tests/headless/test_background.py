@@ -11,10 +11,10 @@ from scene_text import body, camera, constant_sky
 
 import ssdo_gl
 from ssdo_gl.cli import main
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.scene.defaults.default_light import BACKDROP
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.fields import SettingError
-from ssdo_gl.settings.resolve import settings_for
 
 SPHERE = camera([0, 0, 4], [0, 0, 0], exposure=1.0) + constant_sky(0.2, 0.2, 0.2)
 SPHERE += body("sphere", radius=1)

@@ -16,8 +16,8 @@ from ssdo_gl.farm import scenes
 from ssdo_gl.farm.scenes import Said
 from ssdo_gl.gpu import warm_device
 from ssdo_gl.headless import snapshot
+from ssdo_gl.options.flags import CommandLine
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.settings.flags import CommandLine
 
 FLAGS = ["--size", "48x27", "--method", "direct"]
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"

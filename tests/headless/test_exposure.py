@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from ssdo_gl.cli import main
+from ssdo_gl.options.resolve import resolved
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import resolved
 
 SIZE = (48, 27)
 # A quad that glows by 1000 and nothing else: it would be white.

@@ -10,11 +10,11 @@ import pytest
 
 from ssdo_gl import Renderer
 from ssdo_gl.gpu.context import draws_on_cpu
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.passes import light_tiles
 from ssdo_gl.passes.light_draws import DARK, MIXED, OPEN
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.shared_scene import SharedScene
 
 # Neither a multiple of a tile.

@@ -10,9 +10,9 @@ import pytest
 from ssdo_gl import Renderer
 from ssdo_gl.gpu.context import draws_on_cpu
 from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.passes.quads import quads_of
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings.resolve import settings_for
 
 
 class Reader:

@@ -10,6 +10,10 @@ import pytest
 from documentation.pages import settings_table
 
 from ssdo_gl.effects.registry import image_names, pass_settings
+from ssdo_gl.options.flags import build_parser, read_command
+from ssdo_gl.options.pass_settings import passes_without_settings
+from ssdo_gl.options.preset_files import preset_fields, preset_text
+from ssdo_gl.options.run_options import RunOptions
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings import Settings, modes
@@ -22,11 +26,7 @@ from ssdo_gl.settings.fields import (
     from_file,
     value_text,
 )
-from ssdo_gl.settings.flags import build_parser, read_command
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.pass_settings import passes_without_settings
-from ssdo_gl.settings.preset_files import preset_fields, preset_text
-from ssdo_gl.settings.run_options import RunOptions
 from ssdo_gl.settings.settings import same_as
 from ssdo_gl.window.panel.control_rows import default_of, main_rows
 

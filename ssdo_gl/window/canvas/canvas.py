@@ -14,11 +14,11 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.math3d import Vector
+from ssdo_gl.options.pass_settings import overrides_from_table
 from ssdo_gl.render_result import Drawing
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.material_edits import material_at, material_name
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.pass_settings import overrides_from_table
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import direction_point
 from ssdo_gl.window.canvas.presenter import Presenter

@@ -14,10 +14,10 @@ from ssdo_gl.film.writers import FilmWriter, film_writer
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.display import picture_of
+from ssdo_gl.options.run_options import FRAMES_PER_SECOND
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.run_options import FRAMES_PER_SECOND
 
 # As many sub-pixel offsets as a snapshot has by default.
 ANTIALIAS = 4

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+from ssdo_gl.options.preset_files import is_preset
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
-from ssdo_gl.settings.preset_files import is_preset
 from ssdo_gl.window.camera import jump_to
 from ssdo_gl.window.viewer import Viewer
 

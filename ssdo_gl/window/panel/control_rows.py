@@ -11,11 +11,11 @@ from enum import Enum
 from typing import Any
 
 from ssdo_gl.effects.registry import pass_settings
+from ssdo_gl.options.idle import idle_because
+from ssdo_gl.options.pass_settings import override_info, overrides_from_table
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import Kind, SettingInfo, describe, info_of
-from ssdo_gl.settings.idle import idle_because
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.pass_settings import override_info, overrides_from_table
 
 # Beyond this ratio of its ends, or without an upper one, a slider needs a logarithmic
 # scale to be of use low down.

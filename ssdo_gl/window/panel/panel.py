@@ -10,9 +10,9 @@ from imgui_bundle import ImVec2, imgui
 
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.film.writers import FILM_SUFFIXES
+from ssdo_gl.options.flags import flag_infos
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
-from ssdo_gl.settings.flags import flag_infos
 from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.input import Action, Command

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.images.files import OutputError, write_atomically
+from ssdo_gl.options.command_line import command_line
 from ssdo_gl.process import home_folder
 from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import values
 from ssdo_gl.version import __version__
 from ssdo_gl.window.live import REFINE_FRAMES

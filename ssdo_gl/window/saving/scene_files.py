@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.images.files import OutputError, write_atomically
+from ssdo_gl.options.preset_files import toml_value
+from ssdo_gl.options.resolve import told
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import (
     Environment,
@@ -22,8 +24,6 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.material_edits import EDITED
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import describe
-from ssdo_gl.settings.preset_files import toml_value
-from ssdo_gl.settings.resolve import told
 from ssdo_gl.settings.settings import Settings
 
 

@@ -15,9 +15,9 @@ from ssdo_gl.gpu.geometry import triangle_rasterizer
 from ssdo_gl.gpu.shader import FULLSCREEN, ShaderError, ShaderLibrary
 from ssdo_gl.gpu.shader_source import flatten
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings.resolve import settings_for
 
 SIZE = (37, 21)  # no whole number of groups, nor of quads
 # By hash, so that neighbours differ in all bits; in range of every format.

@@ -8,12 +8,12 @@ import math
 import pytest
 
 from ssdo_gl.effects.registry import pass_settings
+from ssdo_gl.options.flags import build_parser
+from ssdo_gl.options.resolve import resolved
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe
-from ssdo_gl.settings.flags import build_parser
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.resolve import resolved
 from ssdo_gl.window.panel.control_rows import (
     ControlRow,
     Widget,

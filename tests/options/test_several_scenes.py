@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from ssdo_gl.settings.flags import UsageError, read_command
-from ssdo_gl.settings.several_scenes import one_by_one
+from ssdo_gl.options.flags import UsageError, read_command
+from ssdo_gl.options.several_scenes import one_by_one
 
 
 def outputs(*arguments):

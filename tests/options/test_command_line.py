@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
+from ssdo_gl.options.command_line import camera_text, command_line
+from ssdo_gl.options.flags import read_command
+from ssdo_gl.options.idle import idle_in_pictures
+from ssdo_gl.options.resolve import camera_from_text, settings_for
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.command_line import camera_text, command_line
 from ssdo_gl.settings.fields import describe, number_text
-from ssdo_gl.settings.flags import read_command
-from ssdo_gl.settings.idle import idle_in_pictures
 from ssdo_gl.settings.loading import LoadOptions
-from ssdo_gl.settings.resolve import camera_from_text, settings_for
 
 
 def read_back(command: str, scene_settings: dict[str, Any]) -> Settings:

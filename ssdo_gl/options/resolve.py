@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.options.pass_settings import overrides_from_table
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, describe, info_of, shown
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.pass_settings import overrides_from_table
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
 

@@ -11,6 +11,24 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 from ssdo_gl.effects.registry import image_names
+from ssdo_gl.options.help_page import (
+    SHELLS,
+    USAGE,
+    ListScenes,
+    argument_of,
+    completion,
+    scene_epilog,
+)
+from ssdo_gl.options.pass_settings import overrides_from_text
+from ssdo_gl.options.run_options import (
+    BROWSER,
+    FILM,
+    MODE,
+    RUNNING,
+    FilmOptions,
+    RunOptions,
+    ServeOptions,
+)
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import (
@@ -21,25 +39,7 @@ from ssdo_gl.settings.fields import (
     parse,
     shown,
 )
-from ssdo_gl.settings.help_page import (
-    SHELLS,
-    USAGE,
-    ListScenes,
-    argument_of,
-    completion,
-    scene_epilog,
-)
 from ssdo_gl.settings.loading import FIT, LoadOptions, named_camera
-from ssdo_gl.settings.pass_settings import overrides_from_text
-from ssdo_gl.settings.run_options import (
-    BROWSER,
-    FILM,
-    MODE,
-    RUNNING,
-    FilmOptions,
-    RunOptions,
-    ServeOptions,
-)
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
 from ssdo_gl.version import __version__
 from ssdo_gl.wording import suggestion

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.images.files import write_atomically
+from ssdo_gl.options.pass_settings import overrides_from_table
+from ssdo_gl.options.resolve import told
 from ssdo_gl.settings.fields import (
     SettingError,
     describe,
@@ -16,8 +18,6 @@ from ssdo_gl.settings.fields import (
     number_text,
     shown,
 )
-from ssdo_gl.settings.pass_settings import overrides_from_table
-from ssdo_gl.settings.resolve import told
 from ssdo_gl.settings.settings import Settings
 from ssdo_gl.toml_text import read_toml
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from ssdo_gl.effects.registry import image_names
+from ssdo_gl.options.flags import UsageError, flag_infos, read_command, wanted_aovs
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import Kind, SettingError, value_text
-from ssdo_gl.settings.flags import UsageError, flag_infos, read_command, wanted_aovs
-from ssdo_gl.settings.resolve import settings_for
 
 MODE_FLAGS = {
     modes.WINDOW: [],

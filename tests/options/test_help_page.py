@@ -13,10 +13,10 @@ import time
 import pytest
 
 from ssdo_gl.bench.presets import NAMES
+from ssdo_gl.options.flags import build_parser, flag_infos, read_command
+from ssdo_gl.options.help_page import EXAMPLES, PRESETS
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.settings.fields import SettingError
-from ssdo_gl.settings.flags import build_parser, flag_infos, read_command
-from ssdo_gl.settings.help_page import EXAMPLES, PRESETS
 
 
 def printed(capsys, *arguments):

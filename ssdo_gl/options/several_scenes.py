@@ -10,9 +10,9 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 
 from ssdo_gl.images.files import SUFFIXES, image_paths
+from ssdo_gl.options.flags import STREAM, CommandLine, UsageError, wanted_aovs
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes
-from ssdo_gl.settings.flags import STREAM, CommandLine, UsageError, wanted_aovs
 
 # Stands for a scene's name in an output's.
 NAME = "{name}"

@@ -9,6 +9,8 @@ import pickle
 import numpy as np
 import pytest
 
+from ssdo_gl.options.pass_settings import overrides_from_text
+from ssdo_gl.options.resolve import camera_from_text, chosen_camera, resolved, settings_for
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.load import load_scene
@@ -16,8 +18,6 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, values
-from ssdo_gl.settings.pass_settings import overrides_from_text
-from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, resolved, settings_for
 from ssdo_gl.settings.settings import MAX_SPP
 
 

@@ -9,16 +9,16 @@ import pytest
 
 from ssdo_gl.cli import main
 from ssdo_gl.effects.registry import pass_settings
+from ssdo_gl.options.command_line import command_line
+from ssdo_gl.options.flags import read_command
+from ssdo_gl.options.idle import check_used, idle_because
+from ssdo_gl.options.preset_files import write_preset
+from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import Kind, SettingInfo, describe
-from ssdo_gl.settings.flags import read_command
-from ssdo_gl.settings.idle import check_used, idle_because
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.preset_files import write_preset
-from ssdo_gl.settings.resolve import settings_for
 
 SIZE = (24, 14)
 BOX = '[[object]]\nshape = "box"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n'

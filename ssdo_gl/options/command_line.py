@@ -7,12 +7,12 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
+from ssdo_gl.options.idle import idle_in_pictures
+from ssdo_gl.options.resolve import settings_for, told, with_scene_settings
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import describe, number_text, value_text
-from ssdo_gl.settings.idle import idle_in_pictures
 from ssdo_gl.settings.loading import FIT, USUAL, LoadOptions
-from ssdo_gl.settings.resolve import settings_for, told, with_scene_settings
 
 
 def command_line(

@@ -11,16 +11,16 @@ import pytest
 
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.images.files import OutputError
-from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, describe
-from ssdo_gl.settings.preset_files import (
+from ssdo_gl.options.preset_files import (
     is_preset,
     preset_fields,
     preset_text,
     read_preset,
     write_preset,
 )
-from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.options.resolve import settings_for
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError, describe
 
 
 @pytest.mark.parametrize(
