@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ssdo_gl.planning.content import SceneContent
-from ssdo_gl.planning.view import ViewFacts
+from ssdo_gl.facts.content import SceneContent
+from ssdo_gl.facts.view import ViewFacts
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import describe

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ssdo_gl.effects.request import Decided, Request
+from ssdo_gl.facts.bodies import Bodies, bodies_of
+from ssdo_gl.facts.content import SceneContent, analyse
+from ssdo_gl.facts.view import ViewFacts, view_facts
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.last_made import LastMade, MadeOfEach, are_same
 from ssdo_gl.math3d import Region
-from ssdo_gl.planning.bodies import Bodies, bodies_of
-from ssdo_gl.planning.content import SceneContent, analyse
 from ssdo_gl.planning.pipeline import Pipeline
-from ssdo_gl.planning.view import ViewFacts, view_facts
 from ssdo_gl.planning.walk import build, decide
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene

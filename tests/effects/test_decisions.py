@@ -10,8 +10,8 @@ import pytest
 from ssdo_gl.effects.ambient import combine_of
 from ssdo_gl.effects.emission import Emission
 from ssdo_gl.effects.request import Request
-from ssdo_gl.planning.content import LightContent, SceneContent
-from ssdo_gl.planning.view import ViewFacts
+from ssdo_gl.facts.content import LightContent, SceneContent
+from ssdo_gl.facts.view import ViewFacts
 from ssdo_gl.planning.walk import decide
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import (

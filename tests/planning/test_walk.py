@@ -9,10 +9,10 @@ import pytest
 
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.facts.content import analyse
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.passes.edge_aware_filter import FILTER
 from ssdo_gl.passes.gbuffer import GBufferPass
-from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.walk import build, decide
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings

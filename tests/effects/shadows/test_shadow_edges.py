@@ -11,9 +11,9 @@ from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects.direct import columns_of, lines_over_a_light
 from ssdo_gl.effects.request import Request
+from ssdo_gl.facts.content import analyse
+from ssdo_gl.facts.view import ViewFacts
 from ssdo_gl.gpu.texture import make_texture
-from ssdo_gl.planning.content import analyse
-from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.planning.walk import decide
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera

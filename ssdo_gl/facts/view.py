@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ssdo_gl.facts.bodies import Bodies
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.math3d import IntArray, Region
-from ssdo_gl.planning.bodies import Bodies
 
 # Bodies outside the frame by less than this count as seen: jitter moves a sample by half
 # a pixel, and rounding by far less.

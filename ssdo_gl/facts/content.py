@@ -41,7 +41,7 @@ class SceneContent:
     """Facts about a scene that decide which passes are needed.
 
     They hold whatever moves and wherever the camera stands; what depends on those is in
-    `planning.view`.
+    `facts.view`.
 
     Attributes
     ----------

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ssdo_gl import math3d
-from ssdo_gl.planning import bodies as content_bodies
-from ssdo_gl.planning.bodies import bodies_of, form_of
+from ssdo_gl.facts import bodies as content_bodies
+from ssdo_gl.facts.bodies import bodies_of, form_of
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from ssdo_gl import math3d
-from ssdo_gl.planning import view as view_module
-from ssdo_gl.planning.bodies import bodies_of
-from ssdo_gl.planning.view import seen_bodies, view_facts
+from ssdo_gl.facts import view as view_module
+from ssdo_gl.facts.bodies import bodies_of
+from ssdo_gl.facts.view import seen_bodies, view_facts
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.geometry.mesh import SceneObject

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.planning.content import LightContent, analyse
+from ssdo_gl.facts.content import LightContent, analyse
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
