@@ -18,8 +18,8 @@ from ssdo_gl.bench.estimators import estimator_table
 from ssdo_gl.bench.estimators.estimator_views import QUICK as QUICK_PLAN
 from ssdo_gl.bench.estimators.estimator_views import TablePlan
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.headless.progress import stage_progress
 from ssdo_gl.options.resolve import settings_for
+from ssdo_gl.progress import stage_progress
 from ssdo_gl.scene.load import load_scene
 
 SCENES = ("cornell_meso", "stairs", "courtyard", "colonnade", "carousel")

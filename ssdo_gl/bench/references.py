@@ -30,8 +30,8 @@ from ssdo_gl.bench.measure import (
     screen_space_method,
 )
 from ssdo_gl.bench.statistics import rmse_of
-from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.images.error import Mask
+from ssdo_gl.progress import StageProgress
 from ssdo_gl.settings import Settings
 
 # A reference's standard error aims at this part of the smallest error reported.

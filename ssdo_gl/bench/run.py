@@ -54,8 +54,8 @@ from ssdo_gl.bench.storage import (
 )
 from ssdo_gl.effects.far_field import FarField
 from ssdo_gl.gpu.context import create_context
-from ssdo_gl.headless.progress import StageProgress, stage_progress
 from ssdo_gl.images.error import Mask
+from ssdo_gl.progress import StageProgress, stage_progress
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene

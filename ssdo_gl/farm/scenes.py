@@ -14,7 +14,6 @@ from pathlib import Path
 
 from ssdo_gl.farm.scheduler import mapped
 from ssdo_gl.gpu.warm_device import WarmDevice
-from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.options.flags import CommandLine
 from ssdo_gl.options.several_scenes import files_of
 from ssdo_gl.process import (
@@ -24,6 +23,7 @@ from ssdo_gl.process import (
     EXIT_OK,
     EXIT_USER,
 )
+from ssdo_gl.progress import progress_on_terminal
 from ssdo_gl.whole_files import has_data
 from ssdo_gl.wording import counted, printable
 

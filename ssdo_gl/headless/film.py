@@ -15,10 +15,10 @@ from ssdo_gl.film.numbered import check_pattern, frame_paths, numbered_pattern
 from ssdo_gl.film.writers import ONE_FILE, film_writer
 from ssdo_gl.gpu.held_signals import held_signals, whole_before_ctrl_c
 from ssdo_gl.headless.film_frames import EncodedFrame, FilmRequest, FrameMaker, open_frame_maker
-from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.headless.snapshot import print_notes
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.options.run_options import FRAMES_PER_SECOND
+from ssdo_gl.progress import progress_on_terminal
 from ssdo_gl.whole_files import has_data
 from ssdo_gl.wording import counted, printable
 

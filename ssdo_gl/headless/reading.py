@@ -62,7 +62,7 @@ def _waiting(source: str, *, quiet: bool) -> Iterator[None]:
     if quiet or size < LARGE_FILE or not sys.stderr.isatty():
         yield
         return
-    from ssdo_gl.headless.progress import waiting
+    from ssdo_gl.progress import waiting
 
     with waiting(f"reading {printable(Path(source).name)}"):
         yield

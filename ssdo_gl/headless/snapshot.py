@@ -24,11 +24,11 @@ from ssdo_gl.headless.explain import (
     explanation_table,
     summary,
 )
-from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.image_requests import images_of_other_methods
 from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
 from ssdo_gl.images.saving import image_files
 from ssdo_gl.process import check_said
+from ssdo_gl.progress import progress_on_terminal
 from ssdo_gl.render_result import RenderResult, camera_numbers
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera

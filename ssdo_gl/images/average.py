@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
+from ssdo_gl.color import linear_from_srgb, srgb_from_linear
 
 
 def middle_index(count: int) -> int:

@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
+from ssdo_gl.color import linear_from_srgb, srgb_from_linear
 
 # Tells the farthest surface from the background.
 FAINTEST = 0.1

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ssdo_gl.images.color import LUMINANCE
+from ssdo_gl.color import LUMINANCE
 from ssdo_gl.images.error import FloatImage
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 

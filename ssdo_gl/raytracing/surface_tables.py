@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene

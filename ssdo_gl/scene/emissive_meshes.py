@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray, doubled_area_vectors, frame_from_z, vector
 from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces
 from ssdo_gl.scene.lights import Light, RectangleLight, Shadow

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError, shown

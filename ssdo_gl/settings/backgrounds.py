@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
+from ssdo_gl.color import linear_from_srgb, srgb_from_linear
 
 ENVIRONMENT, TRANSPARENT = "environment", "transparent"
 _CODES = {"black": "#000000", "grey": "#808080", "white": "#ffffff"}

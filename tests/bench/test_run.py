@@ -22,7 +22,7 @@ from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import errors
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.run import BenchPlan, BenchRun
-from ssdo_gl.headless.progress import StageProgress
+from ssdo_gl.progress import StageProgress
 from ssdo_gl.settings import Settings
 
 pytest.importorskip("matplotlib")

@@ -26,8 +26,8 @@ from ssdo_gl.bench.run import BenchPlan, BenchRun
 from ssdo_gl.cli import main
 from ssdo_gl.farm.scenes import CapturedWork
 from ssdo_gl.gpu.warm_device import WarmDevice
-from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.options.flags import CommandLine
+from ssdo_gl.progress import StageProgress
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings

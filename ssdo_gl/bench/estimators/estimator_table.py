@@ -48,7 +48,7 @@ from ssdo_gl.bench.statistics import (
 )
 from ssdo_gl.bench.storage import BenchError, claim_folder, csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.headless.progress import StageProgress, stage_progress
+from ssdo_gl.progress import StageProgress, stage_progress
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings

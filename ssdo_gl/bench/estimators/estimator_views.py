@@ -35,8 +35,8 @@ from ssdo_gl.bench.measure import (
 )
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.images.error import Mask, mean_level
+from ssdo_gl.progress import StageProgress
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings

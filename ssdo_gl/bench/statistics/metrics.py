@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.images.color import srgb_from_linear
+from ssdo_gl.color import srgb_from_linear
 from ssdo_gl.images.error import FloatImage, Mask, failures, masked_mean, root, squared_error
 from ssdo_gl.user_error import UserError
 

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ssdo_gl.images.color import RGB_FROM_XYZ
+from ssdo_gl.color import RGB_FROM_XYZ
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, Light

@@ -10,8 +10,8 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
+from ssdo_gl.color import LUMINANCE
 from ssdo_gl.gpu.texture import read_texture
-from ssdo_gl.images.color import LUMINANCE
 from ssdo_gl.window.panel.pareto_chart import ChartPoint, chart_points, log_position
 from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer

@@ -13,7 +13,7 @@ import pytest
 from image_bytes import plain_png, png
 from PIL import Image
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.files.images import MAX_TEXELS, read_texture
 from ssdo_gl.scene.scene_error import SceneError
 

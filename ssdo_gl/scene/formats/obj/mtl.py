@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.images.color import RGB_FROM_XYZ
+from ssdo_gl.color import RGB_FROM_XYZ
 from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.gloss import gloss_fields, gloss_maps

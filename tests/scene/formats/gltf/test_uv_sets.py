@@ -12,7 +12,7 @@ from image_bytes import GREYS, png_uri
 from numpy.typing import NDArray
 
 import ssdo_gl
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from image_bytes import png
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.formats import Model, read_model
 
 Files = dict[str, str | bytes]

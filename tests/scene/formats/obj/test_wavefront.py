@@ -9,7 +9,7 @@ import pytest
 from image_bytes import png
 from scene.fixture_types import Write
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import load_scene
 

@@ -24,7 +24,7 @@ from scene.formats.polygons.polygon_cases import (
     triangle,
 )
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.formats import read_model
 from ssdo_gl.scene.geometry.mesh import Mesh
 

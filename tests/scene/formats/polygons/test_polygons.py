@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scene.fixture_types import Write
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.load import load_scene
 
 

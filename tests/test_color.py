@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
+from ssdo_gl.color import linear_from_srgb, srgb_from_linear
 
 
 def test_srgb_round_trip_and_known_values():
