@@ -14,7 +14,7 @@ uniform int u_tree_levels;
 uniform int u_tree_count;         // of emitters
 uniform int u_tree_groups;        // whose: EMITTER_UNLIT and EMITTER_STAND_IN as bits
 
-const int TREE_ROW = 1024;  // texels of both textures, as ssdo_gl/passes/rays/glow_tree.py fills them
+const int TREE_ROW = 1023;  // texels of both textures, as ssdo_gl/passes/rays/glow_tree.py fills them
 
 ivec2 row_address(int texel)
 {
@@ -59,31 +59,41 @@ float lobe_toward(LitPoint r, vec3 w, float cosine, float sine)
     return height * height;
 }
 
+// Of a node whose normals enclose less with its axis all look the same way: emitter_tree.py makes
+// the cosine that much smaller for rounding.
+const float FLAT_COSINE = 1.0 - 1.5e-5;
+
 // About how much light of a node arrives, or is reflected; 0 only where none can be.
 float node_importance(int node, LitPoint r)
 {
-    vec3 p = r.p;
-    ivec2 place = row_address(2 * node);
-    vec4 sphere = texelFetch(t_glow_nodes, place, 0);
+    ivec2 place = row_address(3 * node);
+    vec4 middle = texelFetch(t_glow_nodes, place, 0);
     vec4 cone = texelFetch(t_glow_nodes, place + ivec2(1, 0), 0);
-    float power = length(cone.xyz);
-    vec3 to_node = sphere.xyz - p;
+    vec4 sends = texelFetch(t_glow_nodes, place + ivec2(2, 0), 0);
+    vec3 reach = sends.xyz;
+    vec3 to_node = middle.xyz - r.p;
     float distance_2 = dot(to_node, to_node);
-    float radius_2 = sphere.w * sphere.w;
+    float radius_2 = dot(reach, reach);
     vec3 w = to_node * inversesqrt(max(distance_2, 1e-30));
     float sine_2 = radius_2 / max(distance_2, 1e-30);
     bool is_within = sine_2 >= 1.0;
     float sine = sqrt(min(sine_2, 1.0));
     float cosine = sqrt(max(1.0 - sine_2, 0.0));
     float cone_sine = sqrt(max(1.0 - cone.w * cone.w, 0.0));
-    float facing = -dot(cone.xyz, w) / max(power, 1e-30);
-    float sending = cosine_of_rest(facing, cone.w, cone_sine);
+    float sending = cosine_of_rest(-dot(cone.xyz, w), cone.w, cone_sine);
     sending = cosine_of_rest(sending, cosine, sine);
     float receiving = cosine_of_rest(dot(r.normal, w), cosine, sine);
     float response = is_within ? 1.0 : max(sending, 0.0) * max(receiving, 0.0);
     if (r.alpha >= 0.0 && !is_within)
         response = receiving > 0.0 ? max(sending, 0.0) * lobe_toward(r, w, cosine, sine) : 0.0;
-    return power * response / max(distance_2, max(radius_2, 1e-30));
+    // All of the box lies below the horizon, or all that is flat looks away.
+    bool is_below = dot(r.normal, to_node) + dot(abs(r.normal), reach) <= 0.0;
+    bool is_behind = cone.w > FLAT_COSINE && dot(cone.xyz, to_node) >= dot(abs(cone.xyz), reach);
+    // A long strip close by is much nearer than its middle.
+    vec3 gap = max(abs(to_node) - reach, 0.0);
+    float near_2 = dot(gap, gap) + middle.w;
+    float share = inversesqrt(max(near_2 * max(distance_2, radius_2), 1e-30));
+    return is_below || is_behind ? 0.0 : sends.w * response * share;
 }
 
 // How many emitters the leaves before one have.

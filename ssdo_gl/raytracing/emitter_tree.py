@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.raytracing.emitter_tables import KIND_TRIANGLE, TWO_SIDED_CODE
 
-NODE_TEXELS = 2
+NODE_TEXELS = 3
 # A walk takes as many steps at most; of more emitters than 2^MOST_LEVELS some share a leaf.
 MOST_LEVELS = 15
 # A gap of this share of a node's extent parts what lies on both sides, as lamps.
 _GAP = 0.1
+# Of lengths, as in the normalised frame.
+_ROUNDING = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +33,10 @@ class EmitterTree:
         The emitters, leaf by leaf.
     ends : ndarray, shape (L,), int64
         How many emitters there are up to and with each leaf.
-    nodes : ndarray, shape (2 L - 1, 2, 4), float32
-        Texels: 0 = centre of a sphere around the emitters, its radius; 1 = axis of a cone around
-        their normals, as long as their power, and the cosine of its half-angle; power 0: nothing.
+    nodes : ndarray, shape (2 L - 1, 3, 4), float32
+        Texels: 0 = centre of a box around the emitters, their area; 1 = unit axis of a cone around
+        their normals, and the cosine of its half-angle; 2 = half of the box's extent, their power,
+        0: nothing.
     levels : int
         Steps from the root to a leaf: L = 2^levels.
     """
@@ -64,6 +67,7 @@ def emitter_tree(entries: NDArray[np.float32]) -> EmitterTree:
     corner, edge_u, edge_v = (rows[:, texel, :3] for texel in range(3))
     points = np.stack([corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v], axis=1)
     points[is_triangle, 3] = corner[is_triangle]
+    area = rows[:, 2, 3]
     normal = np.cross(edge_u, edge_v)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     low, high = points.min(axis=1), points.max(axis=1)
@@ -75,7 +79,7 @@ def emitter_tree(entries: NDArray[np.float32]) -> EmitterTree:
         first = starts[filled]
         node = np.repeat(np.arange(len(filled)), np.diff(starts)[filled])
         bounds = _Runs(first, node, order)
-        nodes[2**level - 1 + filled] = _nodes(bounds, low, high, normal, two_sided, power)
+        nodes[2**level - 1 + filled] = _nodes(bounds, low, high, area, normal, two_sided, power)
         if level < levels:
             place = bounds.widest(middle)
             along = np.lexsort((place, node))
@@ -140,21 +144,25 @@ def _nodes(
     runs: _Runs,
     low: FloatArray,
     high: FloatArray,
+    area: FloatArray,
     normal: FloatArray,
     two_sided: NDArray[np.bool_],
     power: FloatArray,
 ) -> FloatArray:
-    """Return the nodes of one level, (runs, 2, 4)."""
+    """Return the nodes of one level, (runs, 3, 4)."""
     least, largest = runs.least(low), runs.largest(high)
     axis = runs.total(normal * power[:, None])
     size = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = np.where(size > 0.0, axis / np.maximum(size, 1e-300), (0.0, 0.0, 1.0))
     cosine = np.einsum("nk,nk->n", normal[runs.order], axis[runs.run])
     cosine[two_sided[runs.order]] = -1.0
-    result = np.empty((len(runs.first), NODE_TEXELS, 4))
+    result = np.zeros((len(runs.first), NODE_TEXELS, 4))
     result[:, 0, :3] = 0.5 * (least + largest)
-    result[:, 0, 3] = 0.5 * np.linalg.norm(largest - least, axis=1)
-    result[:, 1, :3] = axis * runs.total(power)[:, None]
-    # A little wider, for rounding.
+    result[:, 0, 3] = runs.total(area)
+    # Wide enough for rounding of the middle.
+    result[:, 2, :3] = 0.5 * (largest - least) + _ROUNDING
+    result[:, 2, 3] = runs.total(power)
+    result[:, 1, :3] = axis
+    # A little wider, for rounding, too.
     result[:, 1, 3] = np.clip(np.minimum.reduceat(cosine, runs.first) - 1e-5, -1.0, 1.0)
     return result

@@ -48,8 +48,10 @@ def test_nodes_bound_what_is_under_them(count: int) -> None:
     assert len(tree.nodes) == 2 ** (tree.levels + 1) - 1 and 2**tree.levels >= count
     code = rows[:, 0, 3].astype(int)
     for node, under in members(tree):
-        (centre, radius), (axis, cosine) = ((t[:3], t[3]) for t in tree.nodes[node])
-        power = np.linalg.norm(axis)
+        (centre, area), (axis, cosine) = ((t[:3], t[3]) for t in tree.nodes[node, :2])
+        reach, power = tree.nodes[node, 2, :3], tree.nodes[node, 2, 3]
+        assert area == pytest.approx(rows[under, 2, 3].sum(), rel=1e-5)
+        assert not len(under) or np.linalg.norm(axis) == pytest.approx(1.0)
         sides = np.where(code[under] & TWO_SIDED_CODE, 2.0, 1.0)
         sent = rows[under, 3, :3].mean(axis=1) * rows[under, 5, 3]
         whole = (rows[under, 2, 3] * sent * sides).sum()
@@ -59,9 +61,9 @@ def test_nodes_bound_what_is_under_them(count: int) -> None:
             ends = [corner, corner + edge_u, corner + edge_v]
             if int(row[0, 3]) % TWO_SIDED_CODE == KIND_PARALLELOGRAM:
                 ends.append(corner + edge_u + edge_v)
-            assert np.linalg.norm(np.array(ends) - centre, axis=1).max() <= radius * (1 + 1e-5)
+            assert (np.abs(np.array(ends) - centre) <= reach * (1 + 1e-5)).all()
             normal = np.cross(edge_u, edge_v)
-            facing = normal @ axis / (np.linalg.norm(normal) * power)
+            facing = normal @ axis / np.linalg.norm(normal)
             assert cosine <= facing + 1e-6
             if int(row[0, 3]) & TWO_SIDED_CODE:
                 assert cosine == -1.0

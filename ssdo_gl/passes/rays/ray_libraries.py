@@ -32,8 +32,8 @@ SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas"
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Nodes of a tree over emitters, and which entries of their table its leaves hold.
 GLOW_TREE = ("glow_nodes", "glow_order")
-# Texels in a row of what a tree is read from: shaders/rays/emitter_tree.glsl.
-TREE_ROW = 1024
+# Texels in a row of what a tree is read from, whole nodes: shaders/rays/emitter_tree.glsl.
+TREE_ROW = 1023
 # Which of them a triangle is that a ray has hit.
 GLOW_PLACES = "glow_places"
 
