@@ -26,9 +26,8 @@ from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.planning.planner import FramePlan, Planner
 from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.checks import check_scene
 from ssdo_gl.scene.numbers import check_number
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene import Scene, check_scene
 from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
 from ssdo_gl.shared_scene import SharedScene

@@ -115,10 +115,6 @@ class SharedResults:
         result.source = source
         self._made[source] = result
 
-    def is_held_by_others(self, result: KeptResult, holder: PassResults) -> bool:
-        """Return whether anybody but `holder` needs `result`."""
-        return any(other is not holder and other.holds(result) for other in self.holders)
-
 
 class PassResults:
     """What the passes of one executor left behind, in textures of its own pool.
@@ -218,8 +214,9 @@ class PassResults:
         if (step.item.keeps_two and result.identity >= 0) or not result.has(step.formats):
             return False
         # Others who hold what comes of the same source want it to go on.
+        others = (holder for holder in self._shared.holders if holder is not self)
         is_own = result.source in (-1, source)
-        return is_own or not self._shared.is_held_by_others(result, self)
+        return is_own or not any(other.holds(result) for other in others)
 
     def _new_result(self, step: Step) -> KeptResult:
         borrowed = {n: self.pool.borrow(*format_) for n, format_ in step.formats.items()}

@@ -319,10 +319,8 @@ class SceneBuilder:
         self.objects = [self.objects[index] for index in kept]
 
     def _check_size(self) -> None:
-        scene = SceneData(
-            tuple(self.meshes), (), tuple(self.objects), Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
-        )
-        low, high = scene.bounds()
+        corners = self.surfaces.boxes().reshape(-1, 3)
+        low, high = corners.min(axis=0), corners.max(axis=0)
         extent, reach = float((high - low).max()), float(np.abs([low, high]).max())
         if not (np.isfinite(reach) and reach <= LONGEST and extent >= SHORTEST):
             raise SceneError(

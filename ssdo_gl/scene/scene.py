@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from numpy.typing import ArrayLike
 
 from ssdo_gl.math3d import Vector, normalized
 from ssdo_gl.scene import composition
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.checks import check_scene
 from ssdo_gl.scene.defaults import frame, seen_from
 from ssdo_gl.scene.environment import Environment
-from ssdo_gl.scene.geometry import Mesh
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene_data import SceneData
-from ssdo_gl.scene.scene_error import check_type
+from ssdo_gl.scene.scene_error import SceneError, check_type
+
+_KINDS = {"meshes": Mesh, "materials": Material, "objects": SceneObject, "lights": Light}
 
 
 class Scene(SceneData):
@@ -199,3 +200,29 @@ class Scene(SceneData):
         if ahead is None:
             return frame(self.surfaces(), fov_y, level)
         return seen_from(self.surfaces(), -normalized(ahead), fov_y, level)
+
+
+def check_scene(scene: Scene) -> None:
+    """Raise SceneError naming the first part of a scene that cannot be drawn, and the cure."""
+    check_type("scene", scene, Scene)
+    for name, kind in _KINDS.items():
+        for index, item in enumerate(getattr(scene, name)):
+            check_type(f"{name}[{index}]", item, kind)
+    check_type("camera", scene.camera, Camera)
+    if scene.environment is not None:
+        check_type("environment", scene.environment, get_args(Environment), "environment")
+    for index, mesh in enumerate(scene.meshes):
+        if mesh.fault:
+            raise SceneError(f"meshes[{index}].{mesh.fault}")
+    for index, item in enumerate(scene.objects):
+        _check_object(scene, item, f"objects[{index}]")
+
+
+def _check_object(scene: Scene, item: SceneObject, where: str) -> None:
+    counts = {"mesh": scene.meshes, "material": scene.materials, "light": scene.lights}
+    for name, parts in counts.items():
+        index = getattr(item, name)
+        if index is not None and not 0 <= index < len(parts):
+            raise SceneError(f"{where}.{name} = {index}: the scene has {len(parts)}")
+    if item.fault:
+        raise SceneError(f"{where}.{item.fault}")

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import glfw
 
 from ssdo_gl.gpu.context import ContextError, Device, attach_to_window
 from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
 from ssdo_gl.window.camera import Controls
+from ssdo_gl.window.events import Events
 from ssdo_gl.window.input import gamepad_controls
-
-if TYPE_CHECKING:
-    from ssdo_gl.window.events import Events
 
 # Events of one size follow another by milliseconds; asking takes microseconds.
 _SIZE_TRIES = 8

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.numbers import light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.lights import DirectionalLight
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,6 @@ from ssdo_gl.wording import counted, described
 
 # Of one object; their matrices alone fill 128 MiB.
 MAX_INSTANCES = 1 << 20
-# Where normals are to be made: triangles that lean by more show an edge.
-CREASE_DEGREES = LoadOptions.crease_angle
 # How many numbers a vertex has in each array of a mesh.
 VERTEX_WIDTHS = {
     "positions": 3,
@@ -140,7 +138,7 @@ class Mesh:
         mesh = cleaned_mesh(raw).mesh
         if mesh is None:
             raise SceneError("triangles: none has an area")
-        return smoothed(mesh, CREASE_DEGREES) if made else mesh
+        return smoothed(mesh, LoadOptions.crease_angle) if made else mesh
 
     def __repr__(self) -> str:
         name = repr(self.name) if self.name else ""
@@ -308,13 +306,10 @@ def smoothed(mesh: Mesh, crease_degrees: float) -> Mesh:
     found = smooth_normals(mesh.positions, mesh.triangles, crease_degrees, joins=not others)
     if found is None:
         return replace(mesh, normals=None)
-    return replace(
-        mesh,
-        positions=mesh.positions[found.rows],
-        triangles=found.triangles,
-        normals=found.normals,
-        **{name: values[found.rows] for name, values in others.items()},
-    )
+    rows, triangles, normals = found
+    kept = {name: values[rows] for name, values in others.items()}
+    positions = mesh.positions[rows]
+    return replace(mesh, positions=positions, triangles=triangles, normals=normals, **kept)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,20 +17,8 @@ _PAIRS_AT_ONCE = 1 << 22
 _SAME_NORMAL = 1e-6
 
 
-class Smoothed(NamedTuple):
-    """Vertices of a mesh with smooth normals.
-
-    Attributes
-    ----------
-    rows : ndarray, shape (V,)
-        The vertex of the mesh before that each of them was.
-    triangles : ndarray, shape (T, 3)
-    normals : ndarray, shape (V, 3)
-    """
-
-    rows: NDArray[np.int64]
-    triangles: NDArray[np.int64]
-    normals: FloatArray
+# Of each vertex, the one that it was before, and the normal; between them the triangles.
+Smoothed = tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]
 
 
 def smooth_normals(
@@ -223,4 +210,4 @@ def _split(
     kept = triangles.reshape(-1)[first]
     of_first = normals[vertex[first]]
     of_first[number[at_crease[order[is_new]]]] = own[order[is_new]]
-    return Smoothed(kept, number.reshape(-1, 3), of_first)
+    return kept, number.reshape(-1, 3), of_first

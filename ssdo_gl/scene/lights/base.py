@@ -8,20 +8,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.numbers import light_numbers, three_numbers
 from ssdo_gl.settings.fields import SettingError, shown
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.files import Table
 
 # map: shadow map (or shadow rays); ssdo: arrives through SSDO's open directions
 # and is part of `directional`, not of `direct`; none: casts no shadow.

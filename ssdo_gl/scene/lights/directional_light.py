@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow, ShadowView
 from ssdo_gl.scene.material import Color
 from ssdo_gl.settings.fields import SettingError
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.files import Table
 
 # Of files, degrees: what subtends more is a sky, and no light from one direction.
 WIDEST = 90.0

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray, Vector
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow, ShadowView
 from ssdo_gl.scene.material import Color
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.files import Table
 
 
 @dataclass(frozen=True, kw_only=True)

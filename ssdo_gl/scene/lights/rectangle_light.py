@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.geometry import parallelogram_matrix, quad
 from ssdo_gl.scene.lights.base import (
     BLACK,
@@ -23,9 +24,6 @@ from ssdo_gl.scene.lights.base import (
 )
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.settings.fields import SettingError
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.files import Table
 
 # Tangent of half a face's angle: the shadow of one receiver is looked up in one face, so
 # faces reach into their neighbours by the width of a penumbra.

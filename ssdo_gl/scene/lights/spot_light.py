@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.lights.base import BoundsOf, ShaderRow, ShadowView
 from ssdo_gl.scene.lights.point_light import PunctualLight
 from ssdo_gl.scene.material import Color
 from ssdo_gl.settings.fields import SettingError
-
-if TYPE_CHECKING:
-    from ssdo_gl.scene.files import Table
 
 # A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
 # has 1/4 of the centre's density, and the five faces of a half cube do better beyond.
