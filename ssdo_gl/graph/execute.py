@@ -116,7 +116,7 @@ class Executor:
         stale = self._stale(steps, identities)
         textures: dict[str, moderngl.Texture] = defaultdict(self._any_texture)
         facts: dict[str, object] = {}
-        timings = []
+        timings, present = [], self._results.present
         # What was averaged with other frames is not what this one is at rest.
         self.is_settled = frame.moves == 0
         is_complete = True
@@ -153,7 +153,7 @@ class Executor:
                     stale = self._stale(steps, identities, result.facts)
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
-            if (made := self._results.present.get(item.name)) is not None:
+            if (made := present.get(item.name)) is not None:
                 textures.update(made.textures)
                 if made.facts:
                     facts.update(made.facts)
@@ -191,9 +191,9 @@ class Executor:
             steps = self._steps = PlanSteps(plan, size)
             self._kinds = [self._identities_of(step).of(step.kind) for step in steps.order]
         is_same_shape = before is not None and before.shape == steps.shape
-        has_more = not self._results.present.keys() <= steps.formats.keys()
+        present = self._results.present
         # What moves has another scene in every frame.
-        if is_same_shape and (is_same_scene or not has_more):
+        if is_same_shape and (is_same_scene or present.keys() <= steps.formats.keys()):
             return steps
         self._results.fit(steps.formats, keeps_shared=frame.is_live and is_same_scene)
         return steps

@@ -214,9 +214,10 @@ class PassResults:
         if (step.item.keeps_two and result.identity >= 0) or not result.has(step.formats):
             return False
         # Others who hold what comes of the same source want it to go on.
-        others = (holder for holder in self._shared.holders if holder is not self)
-        is_own = result.source in (-1, source)
-        return is_own or not any(other.holds(result) for other in others)
+        if result.source in (-1, source):
+            return True
+        holders = self._shared.holders
+        return not any(other is not self and other.holds(result) for other in holders)
 
     def _new_result(self, step: Step) -> KeptResult:
         borrowed = {n: self.pool.borrow(*format_) for n, format_ in step.formats.items()}

@@ -82,7 +82,7 @@ def settled(renderer: Renderer, camera: Camera, **more: Any) -> np.ndarray:
 
 
 def made_by(renderer: Renderer, name: str) -> Any:
-    return renderer._executor._results[name]
+    return renderer._executor._results.present[name]
 
 
 def test_second_viewer_makes_nothing_that_no_view_is_part_of(make, device, scene):
