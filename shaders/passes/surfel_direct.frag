@@ -34,6 +34,13 @@ int spread_point(int i, uint flip)
     return int((y << 2 | x) ^ flip);
 }
 
+// Whether surfels may send so many samples into the same cells: these lie in all columns and rows.
+// Of others all surfels would leave out the same parts of a lamp.
+bool may_share_cells(int samples)
+{
+    return samples % (int(u_shared_bits) + 1) == 0;
+}
+
 float surfel_size(ivec2 surfel)
 {
     vec3 one = surfel_point(surfel, 15).position - surfel_point(surfel, 0).position;
@@ -62,6 +69,52 @@ bool is_near(EmitterGroup group, vec3 p, float reach)
         least = min(least, squared_distance(emitter_at(group.first + i), p));
     }
     return least < reach * reach;
+}
+
+// About how much light of a panel arrives; 0 only where none can.
+float panel_weight(Emitter e, RaySurface at)
+{
+    vec3 corner = e.place - at.start;
+    vec3 u = e.edge_u.xyz;
+    vec3 v = e.edge_v.xyz;
+    vec3 normal = cross(u, v);
+    float height = -dot(corner, normal) * inversesqrt(max(dot(normal, normal), 1e-30));
+    height = e.two_sided ? abs(height) : height;
+    float top = dot(corner, at.normal) + max(dot(u, at.normal), 0.0) + max(dot(v, at.normal), 0.0);
+    float near_2 = max(squared_distance(e, at.start), 1e-30);
+    float area = e.edge_v.w;
+    float sent = dot(e.power.rgb, vec3(1.0)) * area * height * inversesqrt(near_2);
+    return height > 0.0 && top > 0.0 ? sent / (near_2 + area) : 0.0;
+}
+
+// A point of a group. Of a body of few panels, as a box, it is on one that can light the surfel, if there
+// is any: next to its narrow side the others, which send more, do not.
+LightSample sample_of_group(EmitterGroup group, RaySurface at, vec2 choice, vec2 u)
+{
+    bool has_few = group.count > 1 && group.count <= MOST_LOOKED_AT;
+    int drawn = -1;
+    float weight = 0.0;
+    float total = 0.0;
+    float chance = choice.x;
+    for (int i = 0; i < (has_few ? group.count : 0); ++i) {
+        float more = panel_weight(emitter_at(group.first + i), at);
+        total += more;
+        float part = more / max(total, 1e-30);
+        bool takes = chance < part;
+        drawn = takes ? group.first + i : drawn;
+        weight = takes ? more : weight;
+        // What is left of the number is one again.
+        chance = takes ? chance / max(part, 1e-30) : (chance - part) / max(1.0 - part, 1e-7);
+        chance = clamp(chance, 0.0, 1.0 - FLOAT_EPSILON);
+    }
+    bool is_drawn = drawn >= 0;
+    drawn = is_drawn ? drawn : draw_emitter(group, choice.x);
+    LightSample light = sample_entry(drawn, choice, u, at.start);
+    // Its chance by power is divided out.
+    float by_power = emitter_texel(drawn, 1).w * total / max(weight, 1e-30);
+    light.radiance *= is_drawn ? by_power : has_few ? 0.0 : 1.0;
+    light.density /= is_drawn ? by_power : 1.0;
+    return light;
 }
 
 #if GLOW_IS_DIRECT
@@ -114,12 +167,12 @@ void main()
             int point = (i + g * samples) % SURFEL_POINTS;
             RaySurface at = surfel_point(surfel, spread_point(point, seed & 15u));
             vec2 choice = random_2d(uint(i), seed, dimension, false);
-            vec2 u = random_2d(uint(i), seed, dimension + 1u, true);
+            vec2 u = random_2d(uint(i), seed, dimension + 1u, may_share_cells(samples));
             if (u_draws_groups) {
                 float chance = random_2d(uint(i), seed, DIMENSION_GROUP, false).x;
                 group = draw_emitter_group(chance);
             }
-            LightSample light = sample_group(group, choice, u, at.start);
+            LightSample light = sample_of_group(group, at, choice, u);
             vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
 #if GLOW_IS_DIRECT
             arriving = is_in_tree(group) ? vec3(0.0) : arriving;
@@ -145,14 +198,14 @@ void main()
         RaySurface at = surfel_point(surfel, j % SURFEL_POINTS);
         LightSample light = sample_tree(at.start, at.normal,
                                         random_2d(uint(j), seed, DIMENSION_TREE, false),
-                                        random_2d(uint(j), seed, DIMENSION_TREE + 1u, true));
+                                        random_2d(uint(j), seed, DIMENSION_TREE + 1u, may_share_cells(u_tree_samples)));
         float found = light.distance < near_reach ? spread_density(at, light.w) : 0.0;
         float share = light.density > 0.0 ? light.density / (light.density + found) : 1.0;
         vec3 arriving = unblocked_irradiance(at, light) * (share / float(u_tree_samples));
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
         arriving = light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
         sum += light_of_surfel(at, light.w, arriving);
-        vec2 u = random_2d(uint(j), seed, DIMENSION_TREE + 2u, true);
+        vec2 u = random_2d(uint(j), seed, DIMENSION_TREE + 2u, may_share_cells(u_tree_samples));
         vec3 w = frame_from_z(at.normal) * cosine_hemisphere(u);
         vec3 met = glow_nearby(at, w, near_reach) / float(u_tree_samples);
         sum += light_of_surfel(at, w, met);

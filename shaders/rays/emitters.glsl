@@ -283,12 +283,9 @@ float map_density(vec3 w)
 #endif
 }
 
-// A point of the group's light as seen from `p`, the start of rays: a point on an edge of
-// a lamp lies in the lamp's plane, from where it would be dark. Probabilities within the group are
-// divided out of `radiance` and part of `density`, that of the group is not.
-LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
+// A point of an emitter that was drawn from its group by `choice`.
+LightSample sample_entry(int entry, vec2 choice, vec2 u, vec3 p)
 {
-    int entry = draw_emitter(group, choice.x);
     Emitter e = emitter_at(entry);
     choice.x = rest_of_choice(choice.x, e.power.w, e.edge_u.w);
     LightSample light = sample_surface_emitter(e, entry, u, p);
@@ -318,6 +315,14 @@ LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
     light.radiance /= max(e.edge_u.w, 1e-30);
     light.density *= e.edge_u.w;
     return light;
+}
+
+// A point of the group's light as seen from `p`, the start of rays: a point on an edge of
+// a lamp lies in the lamp's plane, from where it would be dark. Probabilities within the group are
+// divided out of `radiance` and part of `density`, that of the group is not.
+LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
+{
+    return sample_entry(draw_emitter(group, choice.x), choice, u, p);
 }
 
 // Density over solid angle with which light is drawn where a ray of length t has met it.

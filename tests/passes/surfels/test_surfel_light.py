@@ -135,6 +135,36 @@ def test_lamps_close_to_walls_send_what_they_should(device, shaders) -> None:
     np.testing.assert_allclose(received, 6 * np.pi * 0.02 * 0.15, rtol=0.06)
 
 
+def test_few_rays_to_long_lamps_come_from_all_of_their_length(device, shaders) -> None:
+    """Each surfel sends one ray to each, and not all surfels the same: no end is lit more."""
+    inward = Mesh(box().positions, box().triangles[:, ::-1])
+    lamps = tuple(
+        RectangleLight((-0.45, 0.4, z), (0.9, 0, 0), (0, 0, 0.01), (1.0,) * 3, visible=False)
+        for z in np.linspace(-0.4, 0.4, 9).tolist()
+    )
+    black = Material(albedo=(0.0, 0.0, 0.0))
+    scene = Scene((inward,), (black,), (SceneObject(0, 0),), CAMERA, lamps)
+    filled = fill(device, shaders, scene, SurfaceCacheSettings(texel=0.03))
+    x, y, _ = filled.positions.T
+    ends = [filled.direct[(np.abs(x - end) < 1e-3) & (y < 0.3), 0].mean() for end in (-0.5, 0.5)]
+    # It was 6 %.
+    assert ends[0] == pytest.approx(ends[1], rel=0.03)
+
+
+def test_the_narrow_sides_of_a_box_light_the_wall_that_it_hangs_on(device, shaders) -> None:
+    """Its front, which few rays are spared from, does not."""
+    room = Mesh(2.0 * box().positions, box().triangles[:, ::-1])
+    plate = placed(box(), (0.02, 0.6, 0.6), (-0.99, 0.0, 0.0))
+    black, lamp = Material(albedo=(0.0,) * 3), Material(albedo=(0.0,) * 3, emission=(1.0,) * 3)
+    scene = Scene((room, plate), (black, lamp), (SceneObject(0, 0), SceneObject(1, 1)), CAMERA)
+    filled = fill(device, shaders, scene)
+    x, y, z = filled.positions.T
+    beside = (np.abs(x + 1.0) < 1e-3) & (np.abs(y - 0.42) < 0.04) & (np.abs(z) < 0.25)
+    sees_it = beside & (np.abs(filled.points[..., 0] + 1.0).max(axis=1) < 1e-3)
+    # Where panels were drawn by power alone, nine of 31 found it.
+    assert sees_it.sum() > 20 and (filled.direct[sees_it, 0] > 0.0).mean() > 0.9
+
+
 def placed(mesh: Mesh, size: tuple[float, ...], middle: tuple[float, ...]) -> Mesh:
     return Mesh(mesh.positions * size + np.array(middle), mesh.triangles)
 
