@@ -27,7 +27,11 @@ RENDERERS = (
     "ssdo_gl.window.live.live_renderer:LiveRenderer",
     "ssdo_gl.app.live_renderer:LiveRenderer",
 )
-SETTINGS_FOR = ("ssdo_gl.options.resolve:settings_for", "ssdo_gl.options:settings_for")
+SETTINGS_FOR = (
+    "ssdo_gl.options.resolve:settings_for",
+    "ssdo_gl.settings.resolve:settings_for",
+    "ssdo_gl.options:settings_for",
+)
 # A window's sub-pixel offsets: the one that it moves with, and steps from one to the next at rest.
 OFFSETS, CENTRE, STEP = 16, 7, 7
 FRAMES_A_SECOND = 30.0
