@@ -116,7 +116,7 @@ class Averages:
 
 def versions(frame: Frame) -> tuple[Hashable, ...]:
     """Return the versions of bodies, materials, lights and environment."""
-    return tuple(frame.versions.get(name) for name in TemporalPass.depends_on[1:-1])
+    return tuple(map(frame.versions.get, TemporalPass.depends_on[1:-1]))
 
 
 def is_framed_alike(last: FrameView, view: FrameView) -> bool:
@@ -317,4 +317,4 @@ class TemporalPass(RenderPass):
 
     def _ends(self, frame: Frame) -> tuple[Hashable, ...]:
         """Return the versions of what frames are not averaged over."""
-        return tuple(frame.versions.get(n) for n in ("materials", "environment", self.lit_by))
+        return tuple(map(frame.versions.get, ("materials", "environment", self.lit_by)))
