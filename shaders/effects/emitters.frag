@@ -5,9 +5,9 @@
 // Close to a body light changes within what the filter takes together. There rays agree, too, and
 // all that comes from so near is kept apart from what is filtered.
 //
-// SUMS_PANELS: all of them are parallelograms of even light, and few. So it is known what they
-// send, and rays tell how much of that arrives (after Heitz, Hill, McGuire 2018): where nothing
-// stands before them all rays agree.
+// SUMS_PANELS: all of them are parallelograms of even light, and few. So it is known what each
+// sends, and rays to those that send the most tell how much of that arrives (after Heitz, Hill,
+// McGuire 2018): where nothing stands before them all rays agree.
 //
 // Defines: SUMS_PANELS, and as in rays/surface_data.glsl.
 #include "rays/emitter_tree.glsl"
@@ -50,14 +50,57 @@ vec3 panel_irradiance(int entry, RaySurface surface)
     return panel.power.rgb * max(height > 0.0 ? f : -f, 0.0);
 }
 
-vec3 irradiance_of_panels(RaySurface surface)
+// Panels for eight rays, each the likelier the more comes from it.
+const int PICKS = 8;
+
+struct Picks {
+    vec4 entry[2];
+    vec4 light[2];   // of each, all colours together
+    vec4 chance[2];  // what is left of as many numbers in [0, 1)
+};
+
+// What all send. `chance` spreads the picks over that.
+vec3 irradiance_of_panels(RaySurface surface, float chance, out Picks picks)
 {
     vec3 whole = vec3(0.0);
+    float total = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        picks.entry[k] = vec4(-1.0);
+        picks.light[k] = vec4(0.0);
+        picks.chance[k] = (vec4(0.0, 1.0, 2.0, 3.0) + float(4 * k) + chance) / float(min(u_ray_count, PICKS));
+    }
     int number = 0;
     do {
-        whole += panel_irradiance(texelFetch(t_glow_order, row_address(number), 0).x, surface);
+        int entry = texelFetch(t_glow_order, row_address(number), 0).x;
+        vec3 sent = panel_irradiance(entry, surface);
+        float more = dot(sent, vec3(1.0));
+        whole += sent;
+        total += more;
+        float part = more / max(total, 1e-30);
+        for (int k = 0; k < 2; ++k) {
+            bvec4 takes = lessThan(picks.chance[k], vec4(part));
+            picks.entry[k] = mix(picks.entry[k], vec4(entry), takes);
+            picks.light[k] = mix(picks.light[k], vec4(more), takes);
+            // What is left of each number is one again.
+            vec4 other = (picks.chance[k] - part) / max(1.0 - part, 1e-7);
+            picks.chance[k] = mix(other, picks.chance[k] / max(part, 1e-30), takes);
+            picks.chance[k] = clamp(picks.chance[k], 0.0, 1.0 - FLOAT_EPSILON);
+        }
     } while (++number < u_tree_count);
     return whole;
+}
+
+// A point of the panel that ray i goes to.
+LightSample picked_light(Picks picks, int i, vec3 whole, vec2 u, vec3 p)
+{
+    int lane = i & 3;
+    int pick = i >> 2 & 1;
+    int entry = int(picks.entry[pick][lane]);
+    if (entry < 0)
+        return NO_LIGHT;
+    LightSample light = sample_surface_emitter(emitter_at(entry), entry, u, p);
+    light.radiance *= dot(whole, vec3(1.0)) / max(picks.light[pick][lane], 1e-30);
+    return light;
 }
 #else
 // How far apart on the surface neighbouring pixels lie, normalised frame.
@@ -79,7 +122,10 @@ void main()
     RaySurface surface = ray_surface_at(texel);
     uint first = first_point(texel, u_ray_count * u_frame_number.y)
                + uint(u_ray_count * u_frame_number.x);
-#if !SUMS_PANELS
+#if SUMS_PANELS
+    Picks picks;
+    o_whole.rgb = irradiance_of_panels(surface, random_2d(first, u_stream, 0u, false).x, picks);
+#else
     float reach_of_near = u_near_reach * pixel_spacing(texel, surface);
 #endif
     vec3 sent = vec3(0.0);
@@ -88,9 +134,13 @@ void main()
     vec2 squares = vec2(0.0);  // of what arrives, and of what is sent
     int i = 0;
     do {
-        vec2 choice = random_2d(first + uint(i), u_stream, 0u, false);
         vec2 u = random_2d(first + uint(i), u_stream, 1u, false);
+#if SUMS_PANELS
+        LightSample light = picked_light(picks, i, o_whole.rgb, u, surface.start);
+#else
+        vec2 choice = random_2d(first + uint(i), u_stream, 0u, false);
         LightSample light = sample_tree(surface.start, surface.normal, choice, u);
+#endif
         vec3 arriving = unblocked_irradiance(surface, light);
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
         sent += arriving;
@@ -111,7 +161,6 @@ void main()
 #if SUMS_PANELS
     float of_all = 1.0 / max(dot(sent, vec3(1.0)), 1e-30);
     float share = all * of_all;
-    o_whole.rgb = irradiance_of_panels(surface);
     o_irradiance.rgb = mix(vec3(share), sum / max(sent, 1e-30), greaterThan(sent, vec3(0.0)));
     // Each ray brings all or nothing of its light.
     float variance = dot(squares * of_all * of_all, vec2(1.0 - 2.0 * share, share * share));

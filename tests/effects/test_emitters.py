@@ -175,15 +175,31 @@ def test_what_lies_close_to_a_lamp_is_not_blurred_in_a_picture() -> None:
     assert np.sqrt(((found - exact) ** 2).mean()) < BLUR_BOUND * exact.mean()
 
 
-def test_rays_find_the_narrow_sides_of_boxes_that_hang_on_a_wall() -> None:
-    """They alone light the wall, and lie within spheres around fronts that send far more."""
+def boxes_on_a_wall() -> Scene:
+    """Return 25 thin boxes that glow; their narrow sides alone light the wall."""
     boxes = "".join(
         text.box([x, y, 0.0], [x + 0.4, y + 0.4, 0.02], "glow")
         for x in np.arange(-1.25, 1.0, 0.5).tolist()
         for y in np.arange(-1.25, 1.0, 0.5).tolist()
     )
     wall = text.quad([-4, -4, 0], [8, 0, 0], [0, 8, 0], "grey")
-    scene = read_description(ROOM_OF_WALL + wall + boxes, "room")
+    return read_description(ROOM_OF_WALL + wall + boxes, "room")
+
+
+def test_few_rays_tell_how_much_of_a_sum_arrives() -> None:
+    """Of most sides others hide much; rays to those that send the most tell it without a bias."""
+    scene = boxes_on_a_wall()
+    summed = ONE_FRAME | {"emitters.summed_panels": 150}
+    found, many = (
+        np.mean([direct(scene, method="gi", overrides=each, seed=i) for i in range(4)])
+        for each in (summed, summed | {"emitters.rays": 64})
+    )
+    assert found == pytest.approx(many, rel=0.02)
+
+
+def test_rays_find_the_narrow_sides_of_boxes_that_hang_on_a_wall() -> None:
+    """They lie within spheres around fronts that send far more."""
+    scene = boxes_on_a_wall()
     runs = [direct(scene, method="gi", overrides=ONE_FRAME, seed=seed) for seed in range(6)]
     noise = np.std(runs, axis=0, ddof=1).mean() / np.mean(runs)
     assert noise < STRIP_NOISE
