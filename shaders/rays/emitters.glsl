@@ -34,6 +34,16 @@ uniform float u_emitter_density;  // probability per area and mean emission of b
 // Rectangles and triangles that subtend less are drawn from by area: it is as good there, and exact,
 // while a solid angle is a difference of angles with an error of some 1e-6.
 const float SMALL_SOLID_ANGLE = 0.02;
+// Of those as long as half of their distance, as of a tube, most of the area is far away: they are
+// drawn from by solid angle down to this, where it is known to 5e-4.
+const float SMALL_OF_LONG = 0.002;
+
+float small_solid_angle(vec3 middle, vec3 edge_u, vec3 edge_v)
+{
+    float longest_2 = max(dot(edge_u, edge_u), dot(edge_v, edge_v));
+    return 4.0 * longest_2 > dot(middle, middle) ? SMALL_OF_LONG : SMALL_SOLID_ANGLE;
+}
+
 // Distance from a rectangle's plane below which a point counts as lying in it: a quarter
 // of what rays start off their surface, ten roundings.
 const float COPLANAR = 1e-6;
@@ -179,7 +189,8 @@ vec3 triangle_place(vec3 corner, vec3 edge_u, vec3 edge_v, vec2 u)
     vec2 place = vec2(dot(cross(point, edge_v), normal), dot(cross(edge_u, point), normal)) / max(square, 1e-30);
     place = clamp(place, 0.0, 1.0);
     place /= max(place.x + place.y, 1.0);
-    bool by_angle = t.solid_angle > SMALL_SOLID_ANGLE && abs(height) > COPLANAR * sqrt(square);
+    float small = small_solid_angle(corner + (edge_u + edge_v) / 3.0, edge_u, edge_v);
+    bool by_angle = t.solid_angle > small && abs(height) > COPLANAR * sqrt(square);
     return by_angle ? vec3(place, t.solid_angle) : vec3(by_area, 0.0);
 }
 
@@ -199,7 +210,8 @@ vec3 emitter_place(vec3 corner, vec3 edge_u, vec3 edge_v, bool is_triangle, vec2
     bool is_rectangle = abs(dot(x, y)) < 1e-4;
     vec3 point = spherical_rectangle_point(r, u);
     vec2 place = (point.xy - seen.xy) / vec2(length_u, length_v);
-    bool by_angle = is_rectangle && r.solid_angle > SMALL_SOLID_ANGLE && r.low.z < -COPLANAR;
+    float small = small_solid_angle(corner + 0.5 * (edge_u + edge_v), edge_u, edge_v);
+    bool by_angle = is_rectangle && r.solid_angle > small && r.low.z < -COPLANAR;
     return by_angle ? vec3(clamp(place, 0.0, 1.0), r.solid_angle) : vec3(u, 0.0);
 }
 

@@ -41,6 +41,8 @@ BLUR_BOUND = 0.5
 # Deviation of pictures by 16 rays a pixel from seed to seed, over their mean. If only how far the
 # middles of strips are counts it is 2.1.
 STRIP_NOISE = 1.8
+# Drawn by area, where triangles subtend little, it is .85.
+TUBE_NOISE = 0.4
 ONE_FRAME = {"emitters_filter.filter": "none", "emitters.summed_panels": 0}
 ROOM_OF_WALL = (
     text.camera([0, 0, 3], [0, 0, 0])
@@ -203,6 +205,15 @@ def test_rays_find_the_narrow_sides_of_boxes_that_hang_on_a_wall() -> None:
     runs = [direct(scene, method="gi", overrides=ONE_FRAME, seed=seed) for seed in range(6)]
     noise = np.std(runs, axis=0, ddof=1).mean() / np.mean(runs)
     assert noise < STRIP_NOISE
+
+
+def test_points_of_a_long_tube_are_drawn_where_it_is_near() -> None:
+    """Of its triangles most of the area is ten times as far away as the wall is."""
+    tube = text.body("cylinder", "glow", base=[-1, 0, 0.1], top=[1, 0, 0.1], radius=0.012)
+    wall = text.quad([-4, -4, 0], [8, 0, 0], [0, 8, 0], "grey")
+    scene = read_description(ROOM_OF_WALL + wall + tube, "room")
+    runs = [direct(scene, method="gi", overrides=ONE_FRAME, seed=seed) for seed in range(6)]
+    assert np.std(runs, axis=0, ddof=1).mean() < TUBE_NOISE * np.mean(runs)
 
 
 def test_more_bodies_than_may_be_lights_shine_all() -> None:
