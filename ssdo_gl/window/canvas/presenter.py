@@ -239,14 +239,15 @@ class Presenter:
     ) -> None:
         assert self.picture is not None and image.drawing is not None
         view = image.drawing.view
-        smoothing = image.edge_smoothing
+        plane, texture = self._plane(image)
+        # A pixel of a picture that is stretched is several here, which have no edges between them.
+        smoothing = image.edge_smoothing if texture.size == self.picture.size else 0.0
         defines = {
             "KIND": int(kind),
             "TONE_CURVE": int(curve == "aces"),
             "SMOOTH_EDGES": int(smoothing > 0.0),
         }
         program = self._shaders.program(FULLSCREEN, "window/present.frag", defines, view.choices)
-        plane, texture = self._plane(image)
         program.set(
             {
                 "u_weight": image.weight if plane.texture is not None else 1.0,

@@ -92,6 +92,24 @@ def test_a_picture_in_motion_has_smooth_edges(gl, device, live, presenter, scene
     assert live.edge_smoothing == 0.0
 
 
+def test_a_picture_that_is_stretched_stays_as_it_was_drawn(
+    gl, live, presenter, scene, monkeypatch
+) -> None:
+    """Its pixels are several of the window's, between which there is no edge to look for."""
+
+    def stretched() -> np.ndarray:
+        size = (4 * SIZE[0], 4 * SIZE[1])
+        kinds, bounds = (ColorMapping.DISPLAY,) * 2, scene.bounds()
+        presenter.draw(size, View(), live, None, kinds=kinds, bounds=bounds, exposure=0.0)
+        return presenter.pixels()
+
+    live.update(request(scene))
+    assert live.edge_smoothing > 0.0
+    picture = stretched()
+    monkeypatch.setattr(LiveImage, "edge_smoothing", 0.0)
+    assert np.array_equal(picture, stretched())
+
+
 def test_what_is_not_settled_stays_out_of_the_average(live, scene, monkeypatch) -> None:
     settled = iter([False, False, True])
     draw = live.renderer.draw
