@@ -37,13 +37,19 @@ const float RARE = 3.0;
 const float SURE_RAYS = 3.0;
 
 // The share of the sky's light that arrives: as much as was found open, or all but what was found
-// blocked. That is exact where all is open, and falls below 0 where little is.
+// blocked. That is exact where all is open, and falls below 0 where little is. An image may have most
+// of its light in one place, which few pixels' rays come upon: these bring that of the others, too.
 float open_share(Arriving sums, float open, vec3 n_vs, int ray_count)
 {
     float all = dot(environment_irradiance(direction_ws_of(n_vs)), vec3(INV_PI)) * float(ray_count);
     float mostly_open = open * open * open * open;
     float arrived = mix(sums.open_sky, all - sums.blocked_sky, mostly_open);
-    return all > 0.0 ? clamp(arrived / all, 0.0, 1.0) : 0.0;
+    float share = all > 0.0 ? arrived / all : 0.0;
+#if ENVIRONMENT_KIND == 3
+    return share;
+#else
+    return clamp(share, 0.0, 1.0);
+#endif
 }
 
 #if BRIGHT_PIECES

@@ -98,3 +98,24 @@ def test_a_sky_in_place_of_a_bases_light_adds_no_sun(folder: Path) -> None:
     day = text.table("environment", kind="sky", hour=12)
     (folder / "day.toml").write_text('base = "dull.toml"\n' + day)
     assert suns(load_scene(folder / "day.toml")) == []
+
+
+def test_a_lamp_too_wide_for_a_light_brings_as_much_as_by_paths(tmp_path: Path) -> None:
+    """Six of a pixel's rays seldom come upon it, and bring all that others miss."""
+    image = np.full((32, 64, 3), 0.05, np.float32)
+    image[7:13, 10:17] = 12.0
+    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION}, {"RGB": image}) as file:
+        file.write(str(tmp_path / "studio.exr"))
+    wall = text.box([-3, 0, -1.2], [3, 2, -1], "grey")
+    light = text.table("environment", kind="map", path="studio.exr", rotation_y=20)
+    (tmp_path / "scene.toml").write_text(light + BODIES + wall)
+    scene = load_scene(tmp_path / "scene.toml")
+    assert not suns(scene)
+
+    def beauty(**fields: object) -> np.ndarray:
+        with Renderer(scene, Settings(size=SIZE, **fields)) as renderer:
+            return renderer.render(("beauty",)).images["beauty"][..., :3]
+
+    paths = beauty(method="reference-gi", spp=256)
+    # .28 was missing where no pixel's rays brought more than an open sky would.
+    assert abs(beauty(method="gi").mean() / paths.mean() - 1.0) < 0.02
