@@ -44,6 +44,8 @@ class PassReport(NamedTuple):
     reason: str
     gpu_ms: float | None = None
     cpu_ms: float = 0.0
+    # Not run, because what it had made for an earlier frame is used.
+    was_kept: bool = False
 
 
 @dataclass(frozen=True)
@@ -333,7 +335,7 @@ class FrameLog:
 def _report(name: str, rows: Sequence[PassTiming], reason: str) -> PassReport:
     ran = [row for row in rows if row.ran]
     if not ran:
-        return PassReport(name, False, f"unchanged, kept: {reason}")
+        return PassReport(name, False, f"unchanged, kept: {reason}", was_kept=True)
     if len(ran) == 1:
         # Of every frame of a window.
         return PassReport(name, True, reason, ran[0].gpu_ms, ran[0].cpu_ms)

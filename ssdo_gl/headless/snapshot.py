@@ -242,7 +242,7 @@ def _print_summary(
         whole = summary(explanation)
         if whole is not None:
             console.print(whole)
-    ran = [row.name for row in result.passes if row.ran]
+    ran = [row.name for row in result.passes if row.ran or row.was_kept]
     width, height = result.size
     frame = stats["frame_ms"]
     out = "standard output" if request.out == STDOUT else printable(str(request.out))

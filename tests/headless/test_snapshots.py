@@ -23,6 +23,18 @@ def test_a_picture_is_written_and_described(tmp_path, capsys):
         assert expected in said
 
 
+def test_passes_of_all_frames_of_a_picture_are_named(tmp_path, capsys):
+    """What the first of its frames has made, the others keep."""
+    said = []
+    for count in ("1", "4"):
+        flags = ["--antialias", count, *SMALL]
+        assert main([scene_file(tmp_path), "--snapshot", str(tmp_path / "a.png"), *flags]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        said.append([line for line in lines if line.startswith("passes: ")])
+    assert "shadow_map" in said[0][0]
+    assert said[0] == said[1]
+
+
 def test_quiet_says_nothing(tmp_path, capsys):
     assert (
         main([scene_file(tmp_path), "--snapshot", str(tmp_path / "a.png"), "--quiet", *SMALL]) == 0
