@@ -192,10 +192,18 @@ class OwnRaysPass(RenderPass):
         """Return how often rays are to follow each direction of the probes."""
         radiance = context.inputs[FAR_RADIANCE]
         guide = make_texture(context.gl, radiance.size, 4, "f4")
-        side = {"PROBE_SIDE": self.settings.directions}
-        uniforms = {"u_sky": mean_radiance(context.frame.scene.environment)}
-        reads = textures_of(context, (*FAR_PROBES, FAR_RADIANCE))
-        fill(context, [guide], "effects/own_guide.frag", side, uniforms, reads)
+        frame = context.frame
+        defines = {
+            "PROBE_SIDE": self.settings.directions,
+            "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
+        }
+        uniforms = {
+            **environment_uniforms(frame),
+            "u_sky": mean_radiance(frame.scene.environment),
+        }
+        image = (MAP_RADIANCE, MAP_IRRADIANCE) if self.environment == "map" else ()
+        reads = textures_of(context, (*FAR_PROBES, FAR_RADIANCE, *image))
+        fill(context, [guide], "effects/own_guide.frag", defines, uniforms, reads)
         return guide
 
     def _chosen(self, classes: NDArray[np.uint8]) -> tuple[NDArray[np.integer[Any]], int]:
