@@ -48,7 +48,8 @@ def check_output(
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise OutputError(f"{path}: {folder} is a file, no folder")
     if suffixes and path.suffix.lower() not in suffixes:
-        raise OutputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
+        valid = f"{'one of ' * (len(suffixes) > 1)}{', '.join(suffixes)}"
+        raise OutputError(f"{path}: the suffix must be {valid}")
     if new_folder and not os.path.isdir(folder):
         check_output(folder, ())
         return

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ssdo_gl.effects import registry
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.planning import walk  # noqa: F401 - defines the passes that no effect has
 from ssdo_gl.settings.fields import (
+    NONE,
     SettingError,
     SettingInfo,
+    describe,
     from_file,
     info_of,
     parse,
@@ -43,7 +45,7 @@ def overrides_from_text(items: Sequence[str]) -> dict[str, Any]:
         try:
             if not equals or not dot:
                 raise SettingError("expected PASS.FIELD=VALUE")
-            result[f"{pass_name}.{name}"] = parse(_settings_class(pass_name), name, text)
+            result[f"{pass_name}.{name}"] = _value(parse, pass_name, name, text)
         except SettingError as error:
             raise SettingError(f"--set {shown(item)}: {error}") from None
     return result
@@ -63,10 +65,24 @@ def overrides_from_table(table: Mapping[str, Any]) -> dict[str, Any]:
         if not dot:
             raise SettingError(f"{shown(key)}: expected a key like 'bounce.strength'")
         try:
-            result[key] = from_file(_settings_class(pass_name), name, value)
+            result[key] = _value(from_file, pass_name, name, value)
         except SettingError as error:
             raise SettingError(f"{pass_name}: {error}") from None
     return result
+
+
+def _value(
+    read: Callable[[type[Any], str, Any], Any], pass_name: str, name: str, value: Any
+) -> Any:
+    """Return a value as that of a setting; none leaves it to the program, as tables say."""
+    owner = _settings_class(pass_name)
+    takes_none = describe(owner)[name].is_optional if name in describe(owner) else False
+    if takes_none and (value is None or (isinstance(value, str) and value.strip() == NONE)):
+        return None
+    try:
+        return read(owner, name, value)
+    except SettingError as error:
+        raise SettingError(f"{error}, or {NONE}" if takes_none else str(error)) from None
 
 
 def _settings_class(pass_name: str) -> type[Any]:

@@ -12,6 +12,7 @@ from ssdo_gl.images.files import write_atomically
 from ssdo_gl.options.pass_settings import overrides_from_table
 from ssdo_gl.options.resolve import told
 from ssdo_gl.settings.fields import (
+    NONE,
     SettingError,
     describe,
     from_file,
@@ -136,4 +137,4 @@ def toml_value(value: object) -> str:
         # TOML tells floats from integers by their form.
         return text if any(c in text for c in ".en") else f"{text}.0"
     # Strings, integers and booleans look alike in JSON and TOML.
-    return json.dumps(value)
+    return json.dumps(NONE if value is None else value)

@@ -25,6 +25,8 @@ Choices = tuple[str | float, ...]
 COLOR_CODE = "#[0-9a-fA-F]{6}"
 # Shaders compute in float32; what lies beyond would arrive there as infinity.
 FLOAT32_MAX = 3.4028234e38
+# A value that the program chooses, where texts and files name it.
+NONE = "none"
 # More characters of a value than this say nothing more about what is wrong with it.
 _SHOWN_CHARACTERS = 60
 
@@ -110,10 +112,13 @@ class SettingInfo:
     @property
     def range_text(self) -> str:
         """The range in words, e.g. ``from 1 to 1024 px``; empty where there is none."""
-        low = "" if self.low is None else f"from {number_text(self.low)}"
-        high = "" if self.high is None else f"to {number_text(self.high)}"
-        also = "".join(f" or {number_text(number)}" for number in self.also)
-        return " ".join(part for part in (low, f"{high}{also}".strip(), self.unit) if part)
+        ends = (("from", self.low), ("to", self.high))
+        numbers = [f"{word} {number_text(end)}" for word, end in ends if end is not None]
+        also = " or ".join(number_text(number) for number in self.also)
+        if self.high is None and also == "inf":
+            numbers, also = [*numbers, "to inf"], ""
+        text = " ".join([*numbers, self.unit]).strip()
+        return f"{text}, or {also}" if also else text
 
     @property
     def expected(self) -> str:
@@ -336,6 +341,8 @@ def _converted(info: SettingInfo, text: str) -> Any:
 
 def value_text(value: object) -> str:
     """Return a setting's value as a flag takes it."""
+    if value is None:
+        return NONE
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, tuple):

@@ -33,6 +33,7 @@ def read_back(command: str, scene_settings: dict[str, Any]) -> Settings:
         Settings(method="reference-gi", spp=32, bounces=3),
         Settings(method="reference-near", spp=32, shadows="traced", shadow_rays=4),
         Settings(overrides={"bounce.strength": 2.0, "tone_map.curve": "aces"}),
+        Settings(overrides={"directional.thickness": None}),
     ],
 )
 @pytest.mark.parametrize("scene_settings", [{}, {"radius": 0.3}, {"method": "ssao", "samples": 16}])

@@ -33,6 +33,7 @@ from ssdo_gl.settings.fields import SettingError, describe
         Settings(exposure=-1.5, seed=7, effects="full"),
         Settings(radius=float("inf")),
         Settings(overrides={"bounce.strength": 2.0, "tone_map.curve": "aces"}),
+        Settings(overrides={"directional.thickness": None}),
     ],
 )
 @pytest.mark.parametrize("scene_settings", [{}, {"samples": 16, "radius": 0.3}])

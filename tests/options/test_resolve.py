@@ -9,7 +9,7 @@ import pickle
 import numpy as np
 import pytest
 
-from ssdo_gl.options.pass_settings import overrides_from_text
+from ssdo_gl.options.pass_settings import overrides_from_table, overrides_from_text
 from ssdo_gl.options.resolve import camera_from_text, chosen_camera, resolved, settings_for
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
@@ -36,7 +36,7 @@ def test_another_method_drops_the_scenes_estimator():
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        ({"radius": -1.0}, "radius = -1.0: expected a number from 1e-15 to 1e+15 or 0 or inf"),
+        ({"radius": -1.0}, "radius = -1.0: expected a number from 1e-15 to 1e+15 scene units, or 0 or inf"),
         ({"radius": 1e-300}, "radius = 1e-300"),
         ({"radius": float("nan")}, "radius = nan"),
         ({"samples": 0}, "samples = 0: expected a whole number from 1 to 1024"),
@@ -155,6 +155,13 @@ def test_overrides_reach_any_pass():
     }
 
 
+@pytest.mark.parametrize("name", ["directional.thickness", "reference_gi.bounces"])
+def test_none_leaves_a_setting_to_the_program(name):
+    """As the tables of defaults call it."""
+    assert overrides_from_text([f"{name}=none"]) == {name: None}
+    assert overrides_from_table({name: "none"}) == {name: None}
+
+
 @pytest.mark.parametrize("name", ["ssao_filter", "directional_filter", "bounce_filter"])
 def test_each_filter_has_settings_of_its_own(name):
     assert overrides_from_text([f"{name}.tap_radius=5"]) == {f"{name}.tap_radius": 5}
@@ -169,6 +176,8 @@ def test_each_filter_has_settings_of_its_own(name):
         ("bounce.strength=-1", "expected a number from 0"),
         ("bounce.strength=inf", "strength = inf"),
         ("gbuffer.size=1", "the pass gbuffer has no settings"),
+        ("bounce.strength=none", "strength = 'none': expected a number from 0$"),
+        ("directional.thickness=x", "thickness = 'x': expected a number from 0 to inf, or none$"),
         ("tone_map.curve=film", "expected one of aces, plain"),
     ],
 )

@@ -46,7 +46,7 @@ def test_texts_become_values(name, text, value):
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("radius", "-1", "radius = -1.0: expected a number from 0 to 10 or inf scene units"),
+        ("radius", "-1", "radius = -1.0: expected a number from 0 to 10 scene units, or inf"),
         ("radius", "nan", "radius = nan"),
         ("radius", "wide", "radius = 'wide': expected a number"),
         ("gain", "1e39", "gain = 1e.39: expected a number"),
