@@ -124,3 +124,24 @@ def test_a_notebook_shows_the_picture(result):
     with Image.open(io.BytesIO(result._repr_png_())) as image:
         shown = picture_of("display", result.images["display"])
         np.testing.assert_array_equal(np.asarray(image), shown)
+
+
+NUMPY_SETTINGS = {
+    "radius": np.float32(0.5),
+    "size": (np.int64(16), np.int32(9)),
+    "samples": np.int16(16),
+    "seed": np.int32(3),
+    "resolution_scale": np.float32(0.5),
+    "overrides": {"bounce.strength": np.float32(2.0)},
+}
+
+
+def test_numbers_of_numpy_are_settings(tmp_path):
+    """They have no bit_length, overflow at their own size, and JSON takes none of them."""
+    settings = ssdo_gl.Settings("bounce", **NUMPY_SETTINGS)
+    camera = ssdo_gl.Camera((1, 1, 4), (0, 0, 0), fov_y=np.float32(30), exposure=np.float32(1))
+    with ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), settings) as renderer:
+        result = renderer.render(camera=camera)
+    for name in ("a.npz", "a.exr"):
+        result.save(tmp_path / name)
+    assert {path.name for path in tmp_path.iterdir()} == {"a.npz", "a.exr"}

@@ -12,7 +12,7 @@ from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.options.run_options import FRAMES_PER_SECOND, FilmOptions, RunOptions
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.fields import SettingError, plain, shown
 
 # How long a turntable takes where nothing else is said.
 TURN_SECONDS = 8.0
@@ -75,6 +75,7 @@ class Shots:
         for name, number in numbers.items():
             if not isinstance(number, Real) or not math.isfinite(number):
                 raise SettingError(f"{name} = {shown(number)}: expected a finite number")
+        object.__setattr__(self, "fps", plain(self.fps))
         if self.fps <= 0.0:
             raise SettingError(f"fps = {self.fps!r}: expected a number above 0")
         if self.path is not None and self.turntable is not None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector
-from ssdo_gl.scene.numbers import check_number, checked_size, three_numbers
+from ssdo_gl.scene.numbers import check_number, checked_size, hold_numbers, three_numbers
 from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings.fields import SettingError, shown
 
@@ -75,8 +75,7 @@ class Camera:
             raise SettingError(f"target = {self.target}: expected another point than position")
         if self.up == (0.0, 0.0, 0.0):
             raise SettingError("up = (0, 0, 0): expected a direction")
-        for name in ("exposure", *(() if self.height is None else ("height",))):
-            check_number(name, getattr(self, name))
+        hold_numbers(self, "exposure", "fov_y", *(() if self.height is None else ("height",)))
         _check_fov(self.fov_y)
         if self.height is not None and not self.height > 0.0:
             raise SettingError(f"height = {shown(self.height)}: expected scene units above 0")

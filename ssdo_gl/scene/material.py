@@ -6,13 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from numbers import Real
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.scene.numbers import check_number, light_numbers
+from ssdo_gl.scene.numbers import hold_numbers, light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.wording import chosen_fields, described
 
@@ -149,15 +148,14 @@ class Material:
         if max(self.albedo) > 1.0:
             raise SettingError(f"albedo = {self.albedo}: expected numbers from 0 to 1")
         for name in ("metallic", "roughness", "specular", "alpha", "occlusion_strength"):
-            share = getattr(self, name)
-            if not (isinstance(share, Real) and 0.0 <= float(share) <= 1.0):
-                raise SettingError(f"{name} = {shown(share)}: expected a number from 0 to 1")
-        check_number("normal_scale", self.normal_scale)
-        check_number("ior", self.ior)
+            hold_numbers(self, name)
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise SettingError(f"{name} = {getattr(self, name)}: expected a number from 0 to 1")
+        hold_numbers(self, "normal_scale", "ior")
         if not (self.ior == 0.0 or self.ior >= 1.0):
             raise SettingError(f"ior = {self.ior}: expected 0, or a number from 1 on")
         if self.alpha_cutoff is not None:
-            check_number("alpha_cutoff", self.alpha_cutoff)
+            hold_numbers(self, "alpha_cutoff")
         for name in ("is_unlit", "blends", "two_sided_emission", "single_sided"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise SettingError(f"{name} = {shown(getattr(self, name))}: expected a bool")

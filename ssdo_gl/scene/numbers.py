@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.scene_error import SceneError
-from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.fields import SettingError, plain, shown
 
 # float32 holds 3.4e38, but sums and products of larger numbers than this leave it.
 LARGEST_NUMBER = 1e30
@@ -52,6 +52,13 @@ def check_number(name: str, value: Any) -> None:
         raise SettingError(f"{name} = {shown(value)}: expected a finite number")
     if abs(float(value)) > LARGEST_NUMBER:
         raise SettingError(f"{name} = {shown(value)}: expected at most {LARGEST_NUMBER:g} in size")
+
+
+def hold_numbers(owner: object, *names: str) -> None:
+    """Check fields of a frozen dataclass, and keep them as Python's, which every file takes."""
+    for name in names:
+        check_number(name, getattr(owner, name))
+        object.__setattr__(owner, name, plain(getattr(owner, name)))
 
 
 def checked_size(value: Any) -> tuple[int, int]:

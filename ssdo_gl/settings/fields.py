@@ -285,11 +285,30 @@ def info_of(settings_class: type[Any], name: str, what: str = "setting") -> Sett
 
 
 def check(settings: Any) -> None:
-    """Raise SettingError naming the first field whose value is not valid."""
+    """Raise SettingError naming the first field whose value is not valid.
+
+    Numbers of other libraries are kept as Python's, which every file and shader takes.
+    """
     for name, info in describe(type(settings)).items():
-        value = getattr(settings, name)
+        given = getattr(settings, name)
+        value = plain(given)
         if not info.allows(value):
             raise SettingError(info.fault(value))
+        if value is not given:
+            object.__setattr__(settings, name, value)
+
+
+def plain(value: Any) -> Any:
+    """Return a value with its numbers as Python's own: NumPy's are of other types."""
+    if isinstance(value, str | int | float | Unset):
+        return value
+    if isinstance(value, numbers.Real):
+        return int(value) if isinstance(value, numbers.Integral) else float(value)
+    if isinstance(value, tuple):
+        return tuple(map(plain, value))
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    return value
 
 
 def values(settings: Any) -> dict[str, Any]:

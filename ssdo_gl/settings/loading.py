@@ -19,6 +19,7 @@ from ssdo_gl.settings.fields import (
     describe,
     documented,
     info_of,
+    plain,
     setting,
     shown,
 )
@@ -192,4 +193,4 @@ def load_options(given: Mapping[str, Any]) -> LoadOptions:
             info_of(LoadOptions, name, "option")
     if given.get("camera") == FIT:  # as of the flag
         given = {**given, "camera": None, "frames_all": True}
-    return LoadOptions(**given).checked()
+    return LoadOptions(**{name: plain(value) for name, value in given.items()}).checked()

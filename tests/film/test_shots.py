@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from ssdo_gl.film.camera_path import CameraPath
@@ -78,3 +79,7 @@ def test_ranges_are_read() -> None:
 def test_other_ranges_are_refused_in_one_line(text: str) -> None:
     with pytest.raises(SettingError, match=r"--frames-range .*expected A:B with A < B .*at most 5"):
         frames_from_text(text)
+
+
+def test_numbers_of_numpy_are_rates_that_containers_take() -> None:
+    assert type(Shots(turntable=90.0, fps=np.float32(10)).fps) is float

@@ -13,6 +13,7 @@ from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow, ShadowView
 from ssdo_gl.scene.material import Color
+from ssdo_gl.scene.numbers import hold_numbers
 from ssdo_gl.settings.fields import SettingError
 
 # Of files, degrees: what subtends more is a sky, and no light from one direction.
@@ -43,6 +44,7 @@ class DirectionalLight(Light):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        hold_numbers(self, "angle")
         if not 0.0 <= self.angle < WIDEST:
             raise SettingError(
                 f"angle = {self.angle!r}: expected degrees from 0 to below {WIDEST:g}"

@@ -15,6 +15,7 @@ from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.lights.base import BoundsOf, ShaderRow, ShadowView
 from ssdo_gl.scene.lights.point_light import PunctualLight
 from ssdo_gl.scene.material import Color
+from ssdo_gl.scene.numbers import hold_numbers
 from ssdo_gl.settings.fields import SettingError
 
 # A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
@@ -47,6 +48,7 @@ class SpotLight(PunctualLight):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        hold_numbers(self, "inner_angle", "outer_angle")
         if not 0.0 <= self.inner_angle <= self.outer_angle < 90.0:
             raise SettingError(
                 f"inner_angle = {self.inner_angle!r}, outer_angle = {self.outer_angle!r}: expected "
