@@ -86,6 +86,8 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
     if run.snapshot is not None:
         out = Path(run.snapshot)
         if out == STDOUT:
+            if getattr(sys.stdout, "is_missing", False):
+                raise UsageError("--snapshot -: standard output is closed")
             if sys.stdout.isatty():
                 raise UsageError("--snapshot -: standard output is a terminal: pipe or name a file")
             if len(wanted) > 1:

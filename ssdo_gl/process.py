@@ -42,8 +42,10 @@ class _Stream:
     messages must not undo that. Attributes are those of the stream inside.
     """
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+    def __init__(self, stream: TextIO | None, nowhere: TextIO) -> None:
+        # It is None where it was closed before the start.
+        self.is_missing = stream is None
+        self._stream = stream = stream or nowhere
         self.fault: OSError | ValueError | None = None
         self.is_fault_told = False
         if hasattr(stream, "reconfigure"):
@@ -85,8 +87,7 @@ def steadfast_output() -> Iterator[_Stream]:
     """Let no fault of standard output or error end the work; yields standard output."""
     before = sys.stdout, sys.stderr
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
-        # Either is None where it was closed before the start.
-        out, err = (_Stream(stream or nowhere) for stream in before)
+        out, err = (_Stream(stream, nowhere) for stream in before)
         sys.stdout, sys.stderr = cast(TextIO, out), cast(TextIO, err)
         try:
             yield out

@@ -77,10 +77,17 @@ def test_a_terminal_is_refused(monkeypatch, capsys, arguments, said):
     assert said in capsys.readouterr().err
 
 
-def test_a_closed_input_is_said_to_be_closed(monkeypatch, capsys):
-    monkeypatch.setattr("sys.stdin", None)
-    assert main(["-", "--explain"]) == 2
-    assert "standard input is closed" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("stream", "arguments", "said"),
+    [
+        ("sys.stdin", ["-", "--explain"], "standard input is closed"),
+        ("sys.stdout", ["corner", "--snapshot", "-"], "standard output is closed"),
+    ],
+)
+def test_a_closed_stream_is_said_to_be_closed(monkeypatch, capsys, stream, arguments, said):
+    monkeypatch.setattr(stream, None)
+    assert main(arguments) == 2
+    assert said in capsys.readouterr().err
 
 
 class Endless(io.RawIOBase):
