@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -148,9 +149,10 @@ class Material:
         if max(self.albedo) > 1.0:
             raise SettingError(f"albedo = {self.albedo}: expected numbers from 0 to 1")
         for name in ("metallic", "roughness", "specular", "alpha", "occlusion_strength"):
+            share = getattr(self, name)
+            if not (isinstance(share, Real) and 0.0 <= float(share) <= 1.0):
+                raise SettingError(f"{name} = {shown(share)}: expected a number from 0 to 1")
             hold_numbers(self, name)
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise SettingError(f"{name} = {getattr(self, name)}: expected a number from 0 to 1")
         hold_numbers(self, "normal_scale", "ior")
         if not (self.ior == 0.0 or self.ior >= 1.0):
             raise SettingError(f"ior = {self.ior}: expected 0, or a number from 1 on")
