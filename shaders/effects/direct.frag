@@ -51,6 +51,26 @@ float fade_of_lift(Light light, vec3 p_vs, vec3 n_vs, float lift)
 #endif
 }
 
+#if GLOSSY && LIGHT_FORM == FORM_AREA
+// Low and high corner of what the lobe sees of a rectangle, from -1 to 1 along its edges.
+vec4 seen_by_lobe(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs)
+{
+    vec3 w_out = toward_camera(p_vs);
+    Lobe lobe = lobe_of(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness));
+    return seen_of_rectangle(lobe_on_plane(lobe, light.place_vs - p_vs, light.axis_vs, light.second_axis_vs));
+}
+
+Light part_of_rectangle(Light light, vec4 corners)
+{
+    vec2 middle = 0.5 * (corners.xy + corners.zw);
+    vec2 half_size = 0.5 * (corners.zw - corners.xy);
+    light.place_vs += middle.x * light.axis_vs + middle.y * light.second_axis_vs;
+    light.axis_vs *= half_size.x;
+    light.second_axis_vs *= half_size.y;
+    return light;
+}
+#endif
+
 // Of the light's irradiance, and of what the glossy lobe sees of the light. Of a light without a
 // size `whole` leaves out what is translucent.
 vec2 shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, vec3 n_vs, ivec2 pixel,
@@ -68,9 +88,7 @@ vec2 shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, vec3 n_vs, ivec2 pixel
 #if GLOSSY
     Brdf brdf = brdf_at(pixel);
     is_reflecting = is_surface && is_glossy(brdf);
-    vec3 w_out = toward_camera(p_vs);
-    Lobe lobe = lobe_of(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness));
-    seen = seen_of_rectangle(lobe_on_plane(lobe, light.place_vs - p_vs, light.axis_vs, light.second_axis_vs));
+    seen = seen_by_lobe(brdf, light, p_vs, n_vs);
 #endif
     return area_shadow_visibility(map, p_ls, m_ls, rounding, half_u, half_v, pixel, is_surface,
                                   is_reflecting, seen);
@@ -87,7 +105,7 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     bool is_surface = gbuffer_z_vs(texel) > 0.0;
-#if !(CASTS_SHADOW && IS_SOFT) || IS_OPEN || (TRACES_PENUMBRAE && !GLOSSY)
+#if !(CASTS_SHADOW && IS_SOFT) || IS_OPEN || TRACES_PENUMBRAE
     // Only the soft shadow of a map needs its neighbours to go on.
     if (!is_surface) {
         o_irradiance = vec4(0.0);
@@ -127,13 +145,19 @@ void main()
 #if CASTS_SHADOW && !IS_OPEN
     // In a light's own plane, where it gives nothing, visibility has no meaning.
     bool is_lit = is_surface && largest_component(irradiance) > 0.0;
-#if GLOSSY || !TRACES_PENUMBRAE
+#if TRACES_PENUMBRAE
+    visibility = vec2(is_lit ? penumbra(light, n_vs, horizon_vs, lift, texel) : 1.0);
+#if GLOSSY && LIGHT_FORM == FORM_AREA
+    // Where all or nothing of a rectangle is open, so is what the lobe sees of it.
+    Brdf brdf = brdf_at(texel);
+    if (is_glossy(brdf) && visibility.x > 0.0 && visibility.x < 1.0) {
+        Light seen = part_of_rectangle(light, seen_by_lobe(brdf, light, p_vs, n_vs));
+        visibility.y = penumbra(seen, n_vs, horizon_vs, lift, texel);
+    }
+#endif
+#else
     visibility = shadow_visibility(
         light, shadowed_vs, horizon_vs, n_vs, texel, is_surface, is_lifted, false);
-#endif
-#if TRACES_PENUMBRAE
-    visibility.x = is_lit ? penumbra(light, n_vs, horizon_vs, lift, texel) : 1.0;
-#else
     bool is_edge = visibility.x > 0.0 && visibility.x < 1.0 && is_lit;
 #if HAS_WHOLE_MAP
     // Texels of what lets light by disagree by chance: only together they say how much of it. Rays in

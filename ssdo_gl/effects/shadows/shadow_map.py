@@ -125,21 +125,19 @@ class ShadowMaps(Effect):
         return request.runs("direct") and request.settings.chosen_shadows == "map"
 
     def need(self, request: Request) -> Decision:
-        """Run where a light that matters casts its shadow by a map that is read."""
-        has_maps, unread = request.has_light("map"), unread_maps(request)
+        """Run where a light that matters casts its shadow by a map that is read.
+
+        Elsewhere there is no map to be made, even where nothing is skipped.
+        """
+        unread = unread_maps(request)
         lights = enumerate(request.content.lights)
-        is_read = any(i not in unread for i, light in lights if light.shadow == "map")
-        decision = request.decision(
-            "shadow maps",
-            "lights cast shadows",
-            [
-                (not has_maps, "no light that matters is marked shadow = map"),
-                (not is_read, "rays find all penumbrae, and nothing in view is glossy"),
-            ],
-            ("shadow_map", "translucent_shadows"),
-        )
-        # There is no map to be made even where nothing is skipped.
-        return decision if has_maps else dataclasses.replace(decision, run=False)
+        reason = None
+        if not request.has_light("map"):
+            reason = "no light that matters is marked shadow = map"
+        elif all(i in unread for i, light in lights if light.shadow == "map"):
+            reason = "rays find all penumbrae"
+        passes = "shadow_map", "translucent_shadows"
+        return Decision("shadow maps", reason is None, reason or "lights cast shadows", passes)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""

@@ -41,9 +41,9 @@ def scene_of(*lights):
     return dataclasses.replace(make_scene([FLOOR, *POSTS], camera=CAMERA), lights=lights)
 
 
-def direct(scene, method, **settings):
+def direct(scene, method, image="direct", **settings):
     with Renderer(scene, Settings(method, size=SIZE, radius=0.3, **settings)) as renderer:
-        return renderer.render(["direct"]).images["direct"][:, :, 0]
+        return renderer.render([image]).images[image][:, :, 0]
 
 
 @pytest.mark.parametrize("light", [SUN, LAMP, SPOT], ids=["sun", "lamp", "spot"])
@@ -69,6 +69,26 @@ def test_penumbrae_are_those_of_rays(light):
         return np.sqrt(np.mean((direct(scene, method, **settings) - true) ** 2))
 
     assert error("gi") < 0.25 * error("bounce")
+
+
+# Behind the posts.
+SCREEN = RectangleLight((-1.2, 0.0, -1.5), (2.4, 0, 0), (0, 0.8, 0), (4.0, 4.0, 4.0))
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.5])
+def test_lobes_see_lamps_past_what_stands_before_them(roughness):
+    """Errors of .11 and .08 of the mean were measured, .30 and .23 by maps."""
+    black = Material((0.0, 0.0, 0.0))
+    floor = dataclasses.replace(black, specular=1.0, roughness=roughness)
+    objects = [SceneObject(0, 0), *(SceneObject(i, 1) for i in (1, 2, 3))]
+    scene = make_scene([FLOOR, *POSTS], materials=[floor, black], objects=objects, camera=CAMERA)
+    scene = dataclasses.replace(scene, lights=(SCREEN,))
+    true = direct(scene, "gi", "specular", shadows="traced", shadow_rays=1024)
+
+    def error(method):
+        return np.sqrt(np.mean((direct(scene, method, "specular") - true) ** 2))
+
+    assert error("gi") < 0.5 * error("bounce")
 
 
 def test_points_near_a_wide_lamp_count_as_much_as_they_send():
@@ -245,20 +265,20 @@ OFF = dataclasses.replace(LAMP, intensity=(0.0, 0.0, 0.0))
         ((SUN,), {}, True),
         ((WINDOW,), {"facts": ALONE}, True),
         ((WINDOW,), {"method": "bounce"}, True),
-        ((WINDOW,), {"effects": "full"}, True),
+        ((WINDOW,), {"effects": "full"}, False),
     ],
 )
 def test_maps_are_drawn_only_where_somebody_reads_them(lights, choices, reads):
     decided = decided_of(scene_of(*lights), **choices)
     assert decided.runs("shadow_map") == reads
     reasons = [row.reason for row in decided.rows if row.effect == "shadow maps"]
-    assert reads or reasons == ["rays find all penumbrae, and nothing in view is glossy"]
+    assert reads or reasons == ["rays find all penumbrae"]
 
 
-def test_gloss_reads_the_maps_of_lights_with_a_size():
+def test_gloss_reads_no_map_of_lights_with_a_size():
     scene = dataclasses.replace(scene_of(WINDOW), materials=(POLISHED,))
-    assert decided_of(scene).runs("shadow_map")
-    assert not decided_of(scene, facts=PLAIN).runs("shadow_map")
+    assert not decided_of(scene).runs("shadow_map")
+    assert decided_of(scene, method="bounce").runs("shadow_map")
 
 
 @pytest.mark.parametrize("roughness", [None, 0.5])
@@ -271,23 +291,13 @@ def test_nobody_reads_the_maps_of_panels_of_a_glowing_body(roughness):
     assert decided_of(ball, method="bounce").runs("shadow_map")
 
 
-@pytest.mark.parametrize(
-    "lights",
-    [(WINDOW, WIDE_SUN), (WINDOW, LAMP, OFF, SPOT)],
-    ids=["no map", "some maps"],
-)
-def test_without_maps_that_nobody_reads_light_is_the_same(lights):
-    scene = scene_of(*lights)
-    assert np.array_equal(direct(scene, "gi"), direct(scene, "gi", effects="full"))
-
-
 def test_maps_that_nobody_reads_have_no_place(monkeypatch):
     made = []
     monkeypatch.setattr(
         "ssdo_gl.effects.shadows.shadow_map.make_texture",
         lambda gl, size, *more: made.append(size) or make_texture(gl, size, *more),
     )
-    for effects in ("auto", "full"):
-        direct(scene_of(LAMP, WINDOW, WIDE_SUN), "gi", effects=effects, **COARSE)
+    for method in ("gi", "bounce"):
+        direct(scene_of(LAMP, WINDOW, WIDE_SUN), method, **COARSE)
     read, all_ = (width * height for width, height in made)
     assert read < all_
