@@ -15,7 +15,6 @@ from ssdo_gl.serve.page_events import PageEventError, checked_event
 from ssdo_gl.serve.render_thread import MOST_EVENTS, Delivered, RenderThread, Visitor
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.viewer import Viewer
-from ssdo_gl.window.window import make_viewer
 
 Send = Callable[[Mapping[str, Any], list[bytes]], None]
 
@@ -113,7 +112,7 @@ class KernelFlight:
         thread.enter(self._visitor, self._size)
 
     def _make_viewer(self, device: Device, shaders: ShaderLibrary) -> Viewer:
-        return make_viewer(
+        return Viewer(
             device,
             self._scene,
             self._settings,

@@ -24,7 +24,6 @@ from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.first_exposure import exposed
 from ssdo_gl.window.viewer import Viewer
-from ssdo_gl.window.window import make_viewer
 
 
 class _Viewers:
@@ -40,7 +39,7 @@ class _Viewers:
     def __call__(self, device: Device, shaders: ShaderLibrary) -> Viewer:
         self._scene = exposed(self._scene, self._settings, self._camera, device, shaders)
         self._shared = self._shared or SharedScene(device.gl, self._scene)
-        return make_viewer(
+        return Viewer(
             device,
             self._scene,
             self._settings,
@@ -67,7 +66,7 @@ def serve_scene(
     camera : Camera or None
         Where every flight begins; None: the scene's.
     options
-        As of `window.open_window`.
+        Others of `Viewer`.
 
     Raises
     ------

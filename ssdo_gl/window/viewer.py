@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -48,8 +48,12 @@ class Viewer(Canvas):
     folder : Path
         Where bookmarks, pictures and films go.
     presets : mapping of name to fields of Settings
-    budget_ms, measured
+    budget_ms, measured, read_preset
         Of `Canvas`.
+    aov : str
+        The image that is shown first.
+    seconds : float
+        Time of an animated scene at the beginning.
     shared : SharedScene or None
         What other viewers of the scene on the same device share with this one.
 
@@ -75,10 +79,15 @@ class Viewer(Canvas):
         budget_ms: float | None = DEFAULT_BUDGET_MS,
         presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
         measured: Sequence[Mapping[str, Any]] = (),
+        read_preset: Callable[[str], Mapping[str, Any]] | None = None,
+        aov: str = "beauty",
+        seconds: float = 0.0,
         shaders: ShaderLibrary | None = None,
         shared: SharedScene | None = None,
     ) -> None:
         super().__init__(device, settings, folder, budget_ms, presets, measured, shaders, shared)
+        self.read_preset = read_preset
+        self.view = dataclasses.replace(self.view, aov=aov)
         self.film_suffix = ".mp4" if find_spec("imageio_ffmpeg") else ".webp"
         self._begun = self.settings, self.view
         self.can_be_given_up = False
@@ -87,6 +96,7 @@ class Viewer(Canvas):
         self._last_state: object = None
         self._drawn_state: dict[str, Any] | None = None
         self._take(exposed(scene, settings, camera, device, self.shaders), source, camera)
+        self.clock.seconds = seconds
         self.history = History(self.edited)
 
     # --- the scene -----------------------------------------------------------------

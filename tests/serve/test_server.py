@@ -26,7 +26,7 @@ from ssdo_gl.serve.delivery import MOST_IN_FLIGHT
 from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.serve.server import MAX_MESSAGE_BYTES, Outbox, Server
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.window import make_viewer
+from ssdo_gl.window.viewer import Viewer
 
 aiohttp = pytest.importorskip("aiohttp")
 
@@ -43,7 +43,7 @@ def renderer(request: pytest.FixtureRequest) -> Iterator[RenderThread]:
         if faults:
             raise faults.pop()
         settings = Settings(samples=4, steps=2, method="ssao")
-        return make_viewer(device, scene, settings, shaders=shaders, source="corner")
+        return Viewer(device, scene, settings, shaders=shaders, source="corner")
 
     thread = RenderThread(make, request.config.getoption("--backend"))
     thread.start()
