@@ -86,8 +86,12 @@ class SceneData:
         return Surfaces(self.meshes, objects, self.materials)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return world-space corners (min, max) of all instances but a ground, each (3,)."""
-        corners = self.surfaces(has_ground=False).boxes().reshape(-1, 3)
+        """Return world-space corners (min, max) of all instances but a ground, each (3,).
+
+        Of a ground where there is nothing else, as in the part that stands of a moving model.
+        """
+        is_ground_alone = all(item.is_ground for item in self.objects)
+        corners = self.surfaces(has_ground=is_ground_alone).boxes().reshape(-1, 3)
         if not len(corners):
             raise SceneError("the scene has no geometry: give it at least one [[object]]")
         return corners.min(axis=0), corners.max(axis=0)

@@ -49,10 +49,17 @@ def nothing_is_kept():
     moving_bodies._kept.clear()
 
 
-@pytest.mark.parametrize("has_still", [True, False])
-def test_boxes_hold_their_children_and_every_triangle_is_there_once(has_still):
+def on_ground() -> Scene:
+    """Return bodies that all move, as of an animated model, over a floor that was laid."""
+    ground = SceneObject(0, 0, placed(0, -9, 0)[None], is_ground=True)
+    moving = scene(has_still=False)
+    return dataclasses.replace(moving, objects=(*moving.objects, ground))
+
+
+@pytest.mark.parametrize("make", [scene, lambda: scene(has_still=False), on_ground])
+def test_boxes_hold_their_children_and_every_triangle_is_there_once(make):
     for seconds in TIMES:
-        now = scene_at(scene(has_still), seconds)
+        now = scene_at(make(), seconds)
         check_hierarchy(build_bvh(now), scene_triangles(now).count)
 
 
