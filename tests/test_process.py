@@ -188,44 +188,35 @@ def test_an_interrupt_while_a_file_is_written_leaves_all_of_it(tmp_path, number)
         assert arrays["beauty"].shape == (9, 16, 4)
 
 
+# The command waits until it ends.
+ENDED = {
+    # Python drops what is raised in a finalizer.
+    "a finalizer": """
+class Waste:
+    def __del__(self):
+        strike()
+def render(*words, **options):
+    Waste()
+    while True:
+        time.sleep(0.01)
+""",
+    # As the locks of Python's imports do, in whose `finally` a KeyError takes its place.
+    "what it breaks": """
+def render(*words, **options):
+    try:
+        strike()
+        time.sleep(60.0)
+    finally:
+        {}.pop('lock')
+""",
+}
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_of_a_finalizer_ends_the_command(tmp_path, number):
-    """Python drops what is raised there; the command waits here until it ends."""
-    result = interrupted(
-        number,
-        tmp_path,
-        "import time\n"
-        "from ssdo_gl.renderer import Renderer\n"
-        "class Waste:\n"
-        "    def __del__(self):\n"
-        "        strike()\n"
-        "def render(*words, **options):\n"
-        "    Waste()\n"
-        "    while True:\n"
-        "        time.sleep(0.01)\n"
-        "Renderer.render = render",
-    )
+@pytest.mark.parametrize("where", ENDED)
+def test_an_interrupt_ends_the_command_without_a_traceback(tmp_path, number, where):
+    lines = ["import time", "from ssdo_gl.renderer import Renderer", ENDED[where]]
+    result = interrupted(number, tmp_path, "\n".join([*lines, "Renderer.render = render"]))
     assert result.returncode == 128 + number, result.stderr
     assert b"ignored" not in result.stderr and b"Traceback" not in result.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_what_a_signal_breaks_on_its_way_is_no_traceback(tmp_path, number):
-    """As the locks of Python's imports do, in whose `finally` a KeyError takes its place."""
-    result = interrupted(
-        number,
-        tmp_path,
-        "import time\n"
-        "from ssdo_gl.renderer import Renderer\n"
-        "def render(*words, **options):\n"
-        "    try:\n"
-        "        strike()\n"
-        "        time.sleep(60.0)\n"
-        "    finally:\n"
-        "        {}.pop('lock')\n"
-        "Renderer.render = render",
-    )
-    assert result.returncode == 128 + number, result.stderr
-    assert b"Traceback" not in result.stderr
     assert list(tmp_path.iterdir()) == []

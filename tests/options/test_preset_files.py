@@ -92,11 +92,6 @@ def test_overrides_may_be_dotted(tmp_path: Path, key: str) -> None:
         ("sampels = 3", "unknown setting 'sampels'; did you mean 'samples'?"),
         ("samples = 1_000_000", "samples = 1000000: expected a whole number from 1 to 1024"),
         ("samples = '8'", "samples = '8'"),
-        ("samples = true", "samples = True"),
-        ("radius = nan", "radius = nan"),
-        ("exposure = 1e5", "exposure = 100000.0"),
-        ("combine = 'sum'", "combine = 'sum': expected one of ambient"),
-        ("size = [3]", "size = [3]"),
         ("settings = 3", "settings: expected a table"),
         ("[settings]\n[setings]", "unknown key 'setings' beside [settings]"),
         ("[settings]\n[" + "s" * 800 + "]", "sss... beside [settings]"),
@@ -127,20 +122,20 @@ def test_whole_file_is_checked_when_it_is_read(tmp_path: Path, text: str, said: 
     assert isinstance(is_preset(path), bool)
 
 
-@pytest.mark.parametrize("name", ["missing.toml", "folder.toml", "latin.toml"])
-def test_unreadable_files_are_named(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("missing.toml", "No such file"),
+        ("folder.toml", "Is a directory"),
+        ("latin.toml", "byte 9 is not UTF-8 text"),
+    ],
+)
+def test_unreadable_files_are_named(tmp_path: Path, name: str, said: str) -> None:
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "latin.toml").write_bytes(b"title = '\xe9'")
-    with pytest.raises(SettingError, match=name):
+    with pytest.raises(SettingError, match=f"{name}: {said}"):
         read_preset(tmp_path / name)
     assert not is_preset(tmp_path / name)
-
-
-def test_bytes_that_are_no_text_are_named(tmp_path: Path) -> None:
-    path = tmp_path / "a.toml"
-    path.write_bytes(b"\xff\xfe")
-    with pytest.raises(SettingError, match=r"a\.toml: byte 0 is not UTF-8 text"):
-        read_preset(path)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")

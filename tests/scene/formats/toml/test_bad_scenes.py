@@ -45,9 +45,6 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         ("[camera]\nposition = [0, true, 1]\n", ["3 finite numbers"]),
         ("[render]\nsamples = 1.5\n", ["samples = 1.5", "whole number from 1 to 1024"]),
         ("[render]\nmethod = 'ssdoo'\n", ["method = 'ssdoo'", "did you mean 'ssdo'"]),
-        ("[render]\nradius = -1\n", ["radius = -1", "a number from 1e-15"]),
-        ("[render]\nmax_error = 0\n", ["[render] max_error = 0", "a number from"]),
-        ("[render]\nresolution_scale = 0.7\n", ["resolution_scale = 0.7", "one of 1, 0.5"]),
         (
             "[render]\nmethod = 'ssdo'\nestimator = 'zbuffer'\n",
             ["[render] estimator = 'zbuffer'", "one of march, rgs09"],
