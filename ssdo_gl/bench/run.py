@@ -103,11 +103,9 @@ def bench_size(quick: bool) -> tuple[int, int]:
     return QUICK_SIZE if quick else FULL_SIZE
 
 
-def _points(grid: Path | None, quick: bool) -> list[Point]:
-    points = [p for p in read_grid(grid) if p.quick or not quick]
-    if not points:
-        raise BenchError(f"{grid}: no family has a quick table, so --quick measures nothing")
-    return points
+def points_of_bench(quick: bool) -> list[Point]:
+    """Return what a bench measures."""
+    return [point for point in read_grid() if point.quick or not quick]
 
 
 def run_bench(
@@ -120,7 +118,6 @@ def run_bench(
     camera: Camera | None = None,
     backend: str = "auto",
     scheduler: str | None = None,
-    grid: Path | None = None,
     command: str = "",
     quiet: bool = False,
     plan: BenchPlan | None = None,
@@ -144,20 +141,18 @@ def run_bench(
         Replaces the scene's camera.
     scheduler : str or None
         Of workers that make images and errors; times are measured here. None: all is.
-    grid : Path or None
-        A grid file; None for the shipped one.
     command : str
         What the user typed, for the report.
 
     Raises
     ------
-    BenchError, MissingLibraryError, GridError, SceneError, SettingError, ContextError
+    BenchError, MissingLibraryError, SceneError, SettingError, ContextError
     """
     report.check_libraries()
     scene = scene or load_scene(scene_source)
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
-    plan, points = plan or (QUICK if quick else FULL), _points(grid, quick)
+    plan, points = plan or (QUICK if quick else FULL), points_of_bench(quick)
     claim_folder(outdir)
     device = create_context(backend)
     try:

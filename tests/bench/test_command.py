@@ -14,6 +14,7 @@ import pytest
 from ssdo_gl.bench import presets
 from ssdo_gl.bench import run as bench
 from ssdo_gl.bench.bench_data import Bench
+from ssdo_gl.bench.measure import read_grid
 from ssdo_gl.bench.run import BenchPlan, run_bench
 from ssdo_gl.cli import main
 from ssdo_gl.options.idle import idle_in_pictures
@@ -63,7 +64,8 @@ def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
     grid.write_text(GRID)
     outdir = tmp_path / "out"
     settings = Settings(size=(48, 36), seed=5)
-    found = run_bench("corner", settings, outdir, grid=grid, plan=PLAN, quiet=True, command="x")
+    monkeypatch.setattr(bench, "points_of_bench", lambda quick: read_grid(grid))
+    found = run_bench("corner", settings, outdir, plan=PLAN, quiet=True, command="x")
     assert {path.name for path in outdir.iterdir()} >= {
         "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html", "rounds.csv",
     }  # fmt: skip

@@ -1,11 +1,9 @@
-"""The declared grid: products, names, settings and bad files."""
+"""The declared grid: products, names and settings."""
 
 from __future__ import annotations
 
-import pytest
-
 from ssdo_gl.bench.measure.panels import error_panels
-from ssdo_gl.bench.measure.points import GridError, Point, read_grid
+from ssdo_gl.bench.measure.points import Point, read_grid
 from ssdo_gl.bench.presets import FIELDS, read_ladder
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.methods import METHODS
@@ -95,20 +93,3 @@ def test_settings_of_a_point():
     assert settings.size == BASE.size
     assert point.label == "bounce march 4x8 half edge R x2"
     assert point.wanted == ("beauty",)
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("", r"expected \[\[family\]\]"),
-        ("family = 3", r"expected \[\[family\]\]"),
-        ("nonsense", "grid.toml"),
-        ('[[family]]\nkind = "radiance"\nmethod = "direct"', "needs a name"),
-        ('[[family]]\nname = "f"\nkind = "colour"\nmethod = "direct"', "kind"),
-        ('[[family]]\nname = "f"\nkind = "radiance"', "needs a method"),
-        ('[[family]]\nname = "f"\nkind = "radiance"\nmethod = "direct"\nsample = 3', "'sample'"),
-    ],
-)
-def test_a_bad_grid_is_named(tmp_path, text, complaint):
-    with pytest.raises(GridError, match=complaint):
-        grid_of(tmp_path, text)
