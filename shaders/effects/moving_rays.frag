@@ -15,7 +15,7 @@ uniform float u_sky;             // its mean radiance
 uniform int u_receiver_stride;  // pixels from one that light is gathered at to the next
 
 // As lib/own_rays.glsl says; o_near.a is negative where the place is.
-layout(location = 0) out int o_place;
+layout(location = 0) out ivec2 o_place;  // no code of a normal, which no one asks for in motion
 layout(location = 1) out vec4 o_far;
 layout(location = 2) out vec4 o_near;
 layout(location = 3) out vec2 o_light;  // as t_own_light of effects/moving_guide.frag
@@ -23,7 +23,7 @@ layout(location = 3) out vec2 o_light;  // as t_own_light of effects/moving_guid
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    o_place = 0;
+    o_place = ivec2(0);
     o_far = vec4(0.0);
     o_near = vec4(0.0);
     o_light = vec2(0.0);
@@ -58,7 +58,7 @@ void main()
     near += aimed.near / float(u_aimed_rays);
 #endif
     int place = texel.y * int(u_frame_size_px.x) + texel.x + 1;
-    o_place = is_edge ? -place : place;
+    o_place = ivec2(is_edge ? -place : place, 0);
     // A ratio, which is exact where all of the sky is open.
     float open = sums.open_sky / max(sums.open_sky + sums.blocked_sky, 1e-37);
     o_far = vec4(far, open);

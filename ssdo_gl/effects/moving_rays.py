@@ -20,8 +20,8 @@ from ssdo_gl.passes.temporal import is_framed_alike
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
-# Channels of the pixel's place, and of the light gathered from beyond R and within.
-FORMATS: tuple[tuple[int, Dtype], ...] = ((1, "i4"), (4, "f4"), (4, "f4"))
+# Channels of the pixel's place and its normal's code, and of the light from beyond R and within.
+FORMATS: tuple[tuple[int, Dtype], ...] = ((2, "i4"), (4, "f4"), (4, "f4"))
 # Of all light together, and whose rays it was found by.
 LIGHT_FORMAT: tuple[int, Dtype] = (2, "f4")
 # How many frames tell how bright pixels are, and where more than the camera moves.

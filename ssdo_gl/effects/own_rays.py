@@ -160,7 +160,7 @@ class OwnRaysPass(RenderPass):
     def _begun(self, context: PassContext, probes: ProbeRays) -> OwnRays:
         """Find the pixels, and return room for what their rays will find."""
         gl, frame = context.gl, context.frame
-        flags = make_texture(gl, frame.view.size, 1, "nu1")
+        flags = make_texture(gl, frame.view.size, 4, "nu1")
         uniforms = {
             **frame.view.uniforms(),
             "u_radius": self.settings.radius,
@@ -168,12 +168,14 @@ class OwnRaysPass(RenderPass):
         }
         surfaces = textures_of(context, SURFACES)
         fill(context, [flags], "effects/own_pixels.frag", {}, uniforms, surfaces)
-        classes = np.frombuffer(flags.read(alignment=1), np.uint8)
+        classes, code_x, code_y, _ = np.frombuffer(flags.read(), np.uint8).reshape(-1, 4).T
         flags.release()
         chosen, many = self._chosen(classes)
         if not len(chosen):
             return OwnRays(probes)
         places, pixels = places_of(chosen, many, frame.view.size)
+        codes = (code_x + (code_y.astype(np.int32) << 8)).reshape(places.shape)
+        places = np.concatenate([places, codes], axis=-1)
         size = pixels.shape[1], pixels.shape[0]
         textures = (
             make_texture(gl, frame.view.size, *FORMATS[0], places),

@@ -156,7 +156,7 @@ def test_each_pixel_has_a_number_that_no_other_has(monkeypatch: pytest.MonkeyPat
         texture = made[-1][0][0]
         # Floats hold no odd number above 2^24.
         assert texture.dtype == "i4"
-        places = np.frombuffer(texture.read(), np.int32).reshape(SIZE[::-1])
+        places = np.frombuffer(texture.read(), np.int32).reshape(*SIZE[::-1], 2)[..., 0]
     numbers = np.arange(1, SIZE[0] * SIZE[1] + 1).reshape(SIZE[::-1])
     assert np.array_equal(abs(places), np.where(places == 0, 0, numbers))
     assert (places < 0).any()

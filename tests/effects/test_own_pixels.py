@@ -49,17 +49,26 @@ def test_pixels_that_what_turns_away_in_front_may_shade_are_edges(gl, shaders, s
         f"t_{name}": texture_from_image(gl, images[name], STORED_AS.get(name, "f4"))
         for name in ("z_vs", "normals_vs")
     }
-    classes = make_texture(gl, SIZE, 1, "nu1")
+    classes = make_texture(gl, SIZE, 4, "nu1")
     target = make_framebuffer(gl, [classes])
     frame = picture_frame(SIZE, TAN_Y)
     uniforms = {**frame.view.uniforms(), "u_radius": RADIUS, "u_receiver_stride": stride}
     program = shaders.fullscreen("effects/own_pixels.frag", {})
     draw_fullscreen(gl, program, target, uniforms, textures)
-    found = np.frombuffer(classes.read(alignment=1), np.uint8).reshape(SIZE[::-1])
+    texels = np.frombuffer(classes.read(), np.uint8).reshape(*SIZE[::-1], 4)
+    found = texels[..., 0]
     wanted, sure = expected(picture)
     asked = np.zeros(wanted.shape, bool)
     asked[::stride, ::stride] = True
     assert set(wanted[asked]) == {NONE, USUAL, EDGE}
     assert sure.mean() > 0.95
     np.testing.assert_array_equal(found[sure & asked], wanted[sure & asked])
-    assert not found[~asked].any()
+    assert not texels[~asked].any()
+    codes = texels[..., 1:3] / 127.0 - 1.0
+    lower = 1.0 - np.abs(codes).sum(-1, keepdims=True)
+    folded = codes - np.copysign(np.maximum(-lower, 0.0), codes)
+    normals = np.concatenate([folded, lower], -1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    shown = asked & (wanted != NONE)
+    # Half a step of 127 is .3 degrees, two and a half times as many where the octahedron is steep.
+    assert ((normals * picture.geometric).sum(-1)[shown] > np.cos(np.radians(1.0))).all()

@@ -16,7 +16,7 @@ from ssdo_gl.gpu.texture import make_texture, read_texture
 from ssdo_gl.render_result import Drawing
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, MapEnvironment
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
@@ -218,6 +218,24 @@ def test_all_frames_of_a_view_use_the_rays_of_a_surface_seen_along_itself() -> N
         pictures(gap(camera=camera), antialias=count).std(axis=0)[places].mean() for count in (1, 4)
     )
     assert several < one
+
+
+def test_no_frame_takes_rays_of_a_wall_for_those_of_its_floor() -> None:
+    """Half of the sky, behind the wall, is a hundred times as bright as the other."""
+    image = np.full((16, 32, 3), 0.02, np.float32)
+    # The middle columns lie along -z.
+    image[:, 8:24] = 2.0
+    floor, wall = quad([-3, 0, 3], [6, 0, 0], [0, 0, -3]), quad([-3, 0, 0], [6, 0, 0], [0, 3, 0])
+    scene = make_scene(
+        [floor, wall],
+        objects=[SceneObject(0, 0), SceneObject(1, 0)],
+        materials=MATERIALS,
+        environment=MapEnvironment(image),
+        camera=Camera((0.0, 1.0, 2.5), (0.3, 0.0, 0.0), fov_y=40.0),
+    )
+    joint = drawn(scene, antialias=4).sum(axis=2)[16:28, 8:56]
+    # Dots are 3.9 times as bright as their row where some frames show the floor by the wall's rays.
+    assert (joint / np.median(joint, axis=1, keepdims=True)).max() < 2.0
 
 
 def test_pixels_have_rays_only_where_light_is_gathered(monkeypatch) -> None:
