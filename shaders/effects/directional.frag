@@ -250,7 +250,7 @@ void main()
         is_known = own.x >= 0;
 #endif
         bool marches = ALWAYS_MARCHES == 1 || !is_known;
-        FarProbes probes = far_probes_at(r, receiver_texel(pixel));
+        FarProbes probes = far_probes_at(r, receiver_texel(pixel), marches);
 #if FINDS_SECTORS
         vec3 view = toward_camera(r.position_vs);
         float share = estimator_sector_share(r, view);

@@ -6,8 +6,7 @@
 #include "lib/gbuffer.glsl"
 #include "lib/far_probes.glsl"
 
-layout(location = 0) out vec4 o_first;
-layout(location = 1) out vec4 o_second;
+layout(location = 0) out vec4 o_point;
 
 // Normals whose cosine is less than this are those of different surfaces.
 const float SAME_NORMAL = 0.9;
@@ -61,19 +60,18 @@ ivec2 second_pixel(ivec2 tile, ivec2 first)
     return found;
 }
 
-vec4 probe_at(ivec2 pixel)
-{
-    ivec2 read = max(pixel, ivec2(0));
-    vec4 probe = vec4(gbuffer_position_vs(read), probe_code(gbuffer_shading_normal_vs(read)));
-    return pixel.x >= 0 ? probe : vec4(0.0);
-}
-
 void main()
 {
+    int rows = ((int(u_frame_size_px.y) + PROBE_TILE - 1) / PROBE_TILE + 1) / 2 * 2;
     ivec2 tile = ivec2(gl_FragCoord.xy);
+    bool is_first = tile.y < rows;
+    tile.y %= rows;
     ivec2 first = first_pixel(tile);
     ivec2 second = first.x >= 0 ? second_pixel(tile, first) : first;
-    o_first = probe_at(first);
-    o_first.w *= second.x >= 0 ? -1.0 : 1.0;
-    o_second = probe_at(second);
+    ivec2 pixel = is_first ? first : second;
+    o_point = vec4(0.0);
+    if (pixel.x < 0)
+        return;
+    float code = probe_code(gbuffer_shading_normal_vs(pixel));
+    o_point = vec4(gbuffer_position_vs(pixel), is_first && second.x >= 0 ? -code : code);
 }

@@ -13,8 +13,7 @@ uniform sampler2D t_own_far;
 uniform sampler2D t_own_aimed;      // of aimed rays; the second time as the first has averaged it
 #endif
 uniform sampler2D t_own_rare;       // a: as effects/own_rays.frag writes it
-uniform sampler2D t_spread_first;   // as effects/own_spread.frag writes them
-uniform sampler2D t_spread_second;
+uniform sampler2D t_spread;         // as effects/own_spread.frag writes it
 uniform int u_stride;            // pixels from one that has rays to the next
 uniform int u_many_rays;         // as in effects/own_rays.frag
 uniform int u_few_rays;
@@ -54,24 +53,20 @@ ivec2 place_of(int number)
 // What was rare among pixels far about, and their variance, between the tiles' middles.
 vec4 rare_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
 {
-    ivec2 tiles = textureSize(t_far_first_probes, 0);
+    ivec2 tiles = probe_tiles();
     float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
     vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5;
     vec2 f = fract(place);
     vec4 sum = vec4(0.0);
     float weights = 1e-6;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 corner = ivec2(i & 1, i >> 1);
+    for (int i = 0; i < 8; ++i) {
+        ivec2 corner = ivec2(i & 1, i >> 1 & 1);
         ivec2 tile = clamp(ivec2(floor(place)) + corner, ivec2(0), tiles - 1);
         vec2 near = mix(1.0 - f, f, vec2(corner));
-        float share = near.x * near.y + 1e-3;
-        vec4 point = texelFetch(t_far_first_probes, tile, 0);
-        float weight = share * on_surface(point, p_vs, n_vs, inv_extent);
-        sum += weight * texelFetch(t_spread_first, tile, 0);
-        weights += weight;
-        point = texelFetch(t_far_second_probes, tile, 0);
-        weight = share * on_surface(point, p_vs, n_vs, inv_extent);
-        sum += weight * texelFetch(t_spread_second, tile, 0);
+        ivec2 probe = tile + ivec2(0, (i >> 2) * tiles.y);
+        vec4 point = texelFetch(t_far_probe_points, probe, 0);
+        float weight = (near.x * near.y + 1e-3) * on_surface(point, p_vs, n_vs, inv_extent);
+        sum += weight * texelFetch(t_spread, probe, 0);
         weights += weight;
     }
     return sum / weights;

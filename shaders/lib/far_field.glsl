@@ -55,15 +55,15 @@ void consider(inout Drawn drawn, Receiver r, vec4 point, ivec2 probe, float shar
     drawn.codes = mix(drawn.codes, vec4(point.w), is_taken);
 }
 
-FarProbe far_probe(Drawn drawn, int i, ivec2 tiles)
+FarProbe far_probe(Drawn drawn, int i)
 {
     ivec2 probe = ivec2(drawn.columns[i], drawn.rows[i]);
-    return FarProbe(probe_texel(probe, tiles), u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)],
+    return FarProbe(probe_texel(probe), u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)],
                     frame_from_z(oct_unproject(probe_square(drawn.codes[i]))));
 }
 
-// Four of the probes of the four tiles around the receiver.
-FarProbes far_probes_at(Receiver r, ivec2 texel)
+// Four of the probes of the four tiles around the receiver, or any where nobody reads them.
+FarProbes far_probes_at(Receiver r, ivec2 texel, bool are_read)
 {
     ivec2 frame = ivec2(u_frame_size_px);
     ivec2 tiles = (frame + PROBE_TILE - 1) / PROBE_TILE;
@@ -84,7 +84,6 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     ivec2 low = ivec2(clamp(floor(place), vec2(0.0), vec2(max(last - 1, ivec2(0)))));
     vec2 f = clamp(place - vec2(low), 0.0, 1.0);
     float inv_extent = 4.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
-    int second_rows = second_probe_rows(tiles);
     float u = sample_point(r, 0).z;
     Drawn drawn = Drawn(vec4(low.x), vec4(low.y), vec4(probe_code(vec3(0.0, 0.0, 1.0))), 0.0,
                         fract(u + vec4(0.0, 0.618034, 0.236068, 0.854102)));
@@ -95,20 +94,18 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
         ivec2 corner = ivec2(i & 1, i >> 1);
         vec2 near = mix(1.0 - f, f, vec2(corner));
         ivec2 tile = start + apart * min(low + corner, last);
-        vec4 point = texelFetch(t_far_first_probes, tile, 0);
+        vec4 point = probe_point(tile, 0);
         has_second = has_second || point.w < 0.0;
         consider(drawn, r, point, tile, near.x * near.y + 1e-3, inv_extent);
-    } while (++i < 4);
+    } while (are_read && ++i < 4);
     do {
         ivec2 corner = ivec2(i & 1, i >> 1 & 1);
         vec2 near = mix(1.0 - f, f, vec2(corner));
         ivec2 tile = start + apart * min(low + corner, last);
-        vec4 point = texelFetch(t_far_second_probes, tile, 0);
-        tile.y += second_rows;
-        consider(drawn, r, point, tile, near.x * near.y + 1e-3, inv_extent);
-    } while (++i < (has_second ? 8 : 4));
-    return FarProbes(far_probe(drawn, 0, tiles), far_probe(drawn, 1, tiles),
-                     far_probe(drawn, 2, tiles), far_probe(drawn, 3, tiles));
+        ivec2 probe = tile + ivec2(0, probe_tiles().y);
+        consider(drawn, r, probe_point(tile, 1), probe, near.x * near.y + 1e-3, inv_extent);
+    } while (++i < (are_read && has_second ? 8 : 4));
+    return FarProbes(far_probe(drawn, 0), far_probe(drawn, 1), far_probe(drawn, 2), far_probe(drawn, 3));
 }
 
 // Radiance of surfaces along w_vs, the direction number i, a: the share of it that is no sky.
@@ -125,7 +122,7 @@ vec4 far_radiance(FarProbes probes, vec3 w_vs, int i)
     return probe.scale * texelFetch(t_far_radiance, probe.texel + cell, 0);
 }
 #else
-FarProbes far_probes_at(Receiver r, ivec2 texel)
+FarProbes far_probes_at(Receiver r, ivec2 texel, bool are_read)
 {
     FarProbe probe = FarProbe(texel, 0.0, mat3(0.0));
     return FarProbes(probe, probe, probe, probe);

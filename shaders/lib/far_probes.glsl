@@ -1,9 +1,8 @@
 // Probes of the far field: where they stand, and which texel holds which direction.
 //
 // A tile of PROBE_TILE x PROBE_TILE pixels has up to two probes, each at a surface point that
-// the tile shows. First and second ones have an image each, a texel for each tile. In what
-// follows second ones lie above the first, an even number of rows higher. Of every 2 x 2 each is
-// in another quarter.
+// the tile shows. An image has a texel for each, second ones above the first, an even number of rows
+// higher. Of every 2 x 2 each is in another quarter.
 // Radiance has a tile for each quarter, and in it PROBE_SIDE x PROBE_SIDE texels for each probe:
 // the square, mapped onto the disk so that areas keep (Shirley, Chiu 1997), lifted to the
 // hemisphere about the probe's normal: all texels stand for the same share of a
@@ -13,8 +12,7 @@
 
 // xyz: position in view space, w: code of the shading normal there. 0: there is no probe;
 // negative: the tile has a second one.
-uniform sampler2D t_far_first_probes;
-uniform sampler2D t_far_second_probes;
+uniform sampler2D t_far_probe_points;
 
 // Two numbers of 14 bits in what is a normal float, which is kept bit by bit.
 const uint PROBE_CODE_BASE = 0x20000000u;
@@ -33,22 +31,29 @@ vec2 probe_square(float code)
     return vec2(ivec2(bits & 16383u, bits >> 14)) * (1.0 / PROBE_CODE_HALF_RANGE) - 1.0;
 }
 
-// By how many rows second probes lie higher.
-int second_probe_rows(ivec2 tiles)
+// Columns and rows of tiles; one more row than the frame has where that is an odd number.
+ivec2 probe_tiles()
 {
-    return (tiles.y + 1) / 2 * 2;
+    return textureSize(t_far_probe_points, 0) / ivec2(1, 2);
+}
+
+// Position and code of the probe that is number `second` of a tile, 0 or 1.
+vec4 probe_point(ivec2 tile, int second)
+{
+    return texelFetch(t_far_probe_points, tile + ivec2(0, second * probe_tiles().y), 0);
 }
 
 // Size in texels of a quarter of the image of radiance.
-ivec2 probe_quarter_size(ivec2 tiles)
+ivec2 probe_quarter_size()
 {
-    return ivec2((tiles.x + 1) / 2, second_probe_rows(tiles)) * PROBE_SIDE;
+    ivec2 tiles = probe_tiles();
+    return ivec2((tiles.x + 1) / 2, tiles.y) * PROBE_SIDE;
 }
 
 // The first texel of a probe in the image of radiance.
-ivec2 probe_texel(ivec2 probe, ivec2 tiles)
+ivec2 probe_texel(ivec2 probe)
 {
-    return (probe & 1) * probe_quarter_size(tiles) + (probe >> 1) * PROBE_SIDE;
+    return (probe & 1) * probe_quarter_size() + (probe >> 1) * PROBE_SIDE;
 }
 
 const float QUARTER_PI = 0.25 * PI;

@@ -47,30 +47,27 @@ float probe_of_tile(ivec2 texel, vec3 p_vs, vec3 n_vs)
 {
     ivec2 tile = texel / PROBE_TILE;
     float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
-    vec4 point = texelFetch(t_far_first_probes, tile, 0);
-    float first = on_surface(point, p_vs, n_vs, inv_extent);
-    point = texelFetch(t_far_second_probes, tile, 0);
-    float second = on_surface(point, p_vs, n_vs, inv_extent);
+    float first = on_surface(probe_point(tile, 0), p_vs, n_vs, inv_extent);
+    float second = on_surface(probe_point(tile, 1), p_vs, n_vs, inv_extent);
     return max(first, second) == 0.0 ? NO_PROBE : first >= second ? 1.0 : 2.0;
 }
 
 // The probe of the four tiles around the pixel that lies most on the same surface, or -1.
-ivec2 probe_beside(ivec2 texel, ivec2 tiles, vec3 p_vs, vec3 n_vs)
+ivec2 probe_beside(ivec2 texel, vec3 p_vs, vec3 n_vs)
 {
     ivec2 found = ivec2(-1);
     float best = 0.0;
     float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
     ivec2 low = (2 * texel + 1 - PROBE_TILE) / (2 * PROBE_TILE);
+    ivec2 tiles = probe_tiles();
     for (int i = 0; i < 8; ++i) {
         ivec2 tile = min(low + ivec2(i & 1, i >> 1 & 1), tiles - 1);
-        bool is_second = i >= 4;
-        vec4 point = is_second ? texelFetch(t_far_second_probes, tile, 0)
-                               : texelFetch(t_far_first_probes, tile, 0);
+        vec4 point = probe_point(tile, i >> 2);
         vec2 apart = vec2(tile * PROBE_TILE - texel) / float(PROBE_TILE) + 0.5;
         float fit = on_surface(point, p_vs, n_vs, inv_extent) / (1.0 + 0.1 * dot(apart, apart));
         if (fit > best) {
             best = fit;
-            found = tile + ivec2(0, is_second ? second_probe_rows(tiles) : 0);
+            found = tile + ivec2(0, (i >> 2) * tiles.y);
         }
     }
     return found;
@@ -78,10 +75,9 @@ ivec2 probe_beside(ivec2 texel, ivec2 tiles, vec3 p_vs, vec3 n_vs)
 
 Guide guide_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
 {
-    ivec2 tiles = textureSize(t_far_first_probes, 0);
-    ivec2 probe = probe_beside(texel, tiles, p_vs, n_vs);
+    ivec2 probe = probe_beside(texel, p_vs, n_vs);
     Guide g;
-    g.first = probe_texel(max(probe, ivec2(0)), tiles);
+    g.first = probe_texel(max(probe, ivec2(0)));
     g.open = 0.0;
     g.seen = 0.0;
     float sum = 0.0;

@@ -27,7 +27,6 @@ PARTS = {
     "shadow_map": "direct light",
     "translucent_shadows": "direct light",
     "direct": "direct light",
-    "far_probe_points": "far field",
     "cached_irradiance": "far field",
     "far_probes": "far field",
     "ssao": "estimators",

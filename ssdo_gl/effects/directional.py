@@ -28,7 +28,7 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_uniforms,
 )
 from ssdo_gl.passes.far_probes import (
-    FAR_PROBES,
+    FAR_POINTS,
     FAR_RADIANCE,
     FarFieldSettings,
     probe_defines,
@@ -153,7 +153,7 @@ class DirectionalPass(RenderPass):
             *(OWN_RAYS if has_own_rays else ()),
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
-            *((*FAR_PROBES, FAR_RADIANCE) if far_field is not None else ()),
+            *((FAR_POINTS, FAR_RADIANCE) if far_field is not None else ()),
             *(("finish",) if has_baked_occlusion else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)

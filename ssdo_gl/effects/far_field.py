@@ -20,7 +20,7 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
 from ssdo_gl.passes.far_probes import (
     ALL_QUARTERS,
-    FAR_PROBES,
+    FAR_POINTS,
     FAR_RADIANCE,
     FarFieldSettings,
     ProbeRays,
@@ -39,41 +39,17 @@ from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
 
 
+SURFACES = ("z_vs", "normals_vs")
+
+
 def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
     """Return columns and rows of tiles."""
     columns, rows = (-(-n // tile) for n in frame_size)
     return columns, rows
 
 
-class FarProbePointsPass(RenderPass):
-    """Writes where the probes stand: `far_first_probes` and `far_second_probes`."""
-
-    name = "far_probe_points"
-    reads = ("z_vs", "normals_vs")
-    writes: Mapping[str, TextureSpec] = {n: TextureSpec(4, "f4", own=True) for n in FAR_PROBES}
-
-    def __init__(self, settings: FarFieldSettings, *, is_steady: bool) -> None:
-        self.settings = settings
-        self.steady_reads = self.reads if is_steady else ()
-        self.depends_on = ("steady_view" if is_steady else "view", "geometry")
-
-    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Choose a pixel of each tile, and a second one where it shows two surfaces."""
-        size = tile_count(context.frame.view.size, self.settings.tile)
-        made = {name: make_texture(context.gl, size, 4, "f4") for name in FAR_PROBES}
-        fill(
-            context,
-            list(made.values()),
-            "effects/far_probe_points.frag",
-            {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions},
-            context.frame.view.uniforms(),
-            textures_of(context, self.reads),
-        )
-        return made
-
-
 class FarProbesPass(RenderPass):
-    """Writes `far_radiance`: incident radiance from beyond R, by direction, of each probe.
+    """Writes where probes stand, and `far_radiance`: what they see beyond R, by direction.
 
     All frames of a steady view share it: one ray for each direction. In a live frame that has
     moved a quarter of the probes has its rays, or none where probes give way to per-pixel rays. At
@@ -81,7 +57,9 @@ class FarProbesPass(RenderPass):
     """
 
     name = "far_probes"
-    writes: Mapping[str, TextureSpec] = {FAR_RADIANCE: TextureSpec(4, "f4", own=True)}
+    writes: Mapping[str, TextureSpec] = {
+        name: TextureSpec(4, "f4", own=True) for name in (FAR_POINTS, FAR_RADIANCE)
+    }
     is_gradual = True
     adds_up = True
     lags = False
@@ -98,15 +76,10 @@ class FarProbesPass(RenderPass):
         self.features = features
         self.is_steady = is_steady
         self._may_give_way = gives_way
-        self.reads = (
-            *FAR_PROBES,
-            "z_vs",
-            *ray_reads(features, shades=True),
-            *cache_tables(features),
-        )
-        self.steady_reads = ("z_vs",) if is_steady else ()
-        domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
-        self.depends_on = (*domains, "geometry")
+        self.reads = (*SURFACES, *ray_reads(features, shades=True), *cache_tables(features))
+        self.steady_reads = SURFACES if is_steady else ()
+        self._of_view = ("steady_view" if is_steady else "view", "geometry")
+        self.depends_on = (*self._of_view, "steady_seed" if is_steady else "seed")
 
     def settings_key(self) -> Hashable:
         return self.settings, self.features, self.is_steady, self._may_give_way
@@ -114,34 +87,37 @@ class FarProbesPass(RenderPass):
     def execute(self, context: PassContext) -> Produced:
         """Trace one ray for each direction of the probes whose turn it is."""
         frame = context.frame
-        texture, rays = self._begun(context)
+        points, texture, rays = self._begun(context)
         quarters = rays.turn(is_live=frame.is_live)
         if quarters:
             width, height = texture.width // 2, texture.height // 2
             regions = [(q % 2 * width, q // 2 * height, width, height) for q in quarters]
-            self._trace(context, texture, regions)
+            self._trace(context, points, texture, regions)
             rays = rays.with_turn(quarters)
         self.is_settled = rays.gives_way or all(rays.fresh)
-        return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
+        return {FAR_POINTS: points, FAR_RADIANCE: TextureWithFacts(texture, rays)}
 
-    def _begun(self, context: PassContext) -> tuple[moderngl.Texture, ProbeRays]:
+    def _begun(
+        self, context: PassContext
+    ) -> tuple[moderngl.Texture, moderngl.Texture, ProbeRays]:
         """Return what earlier frames have left of these probes, or what begins anew."""
-        frame, points = context.frame, context.inputs[FAR_PROBES[0]]
+        frame, gl = context.frame, context.gl
         changed = frame.versions.get("geometry"), frame.versions.get("materials")
         light = context.inputs["surface_cache"], changed
-        source = (points, self.settings_key()), frame.versions.get("steady_seed")
+        view = tuple(frame.versions.get(domain) for domain in self._of_view)
+        source = (view, self.settings_key()), frame.versions.get("steady_seed")
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
         if known is not None and known.source == source:
             same = known if known.light == light else known.of_light(light)
             # Light that has come to rest is waited for: there are no per-pixel rays before.
             same = replace(same, following=ALL_QUARTERS) if context.is_complete else same
-            return context.last[FAR_RADIANCE].texture, same
+            points, texture = (context.last[n].texture for n in (FAR_POINTS, FAR_RADIANCE))
+            return points, texture, same
         if self._may_give_way and frame.moves > 0 and known is not None:
-            texture = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
+            none = make_texture(gl, (1, 1), 4, "f4", 4 * [0.0])
             rays = ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
             is_brief = not context.is_complete or known.light != light
-            return texture, replace(rays, is_brief=is_brief)
-        columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
+            return none, none, replace(rays, is_brief=is_brief)
         turn: tuple[int, ...] = (frame.moves % len(ALL_QUARTERS),)
         # A view that comes to rest begins anew, at once; while it moves, each frame has
         # another quarter and other directions, as those that are averaged should.
@@ -149,11 +125,21 @@ class FarProbesPass(RenderPass):
         is_at_rest = known is not None and known.source[0] == source[0]
         is_at_rest |= not self.is_steady and frame.moves == 0
         turn = ALL_QUARTERS if is_at_rest else turn
-        texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
-        return texture, ProbeRays(source, light, turn)
+        columns, rows = tile_count(frame.view.size, self.settings.tile)
+        even = -(-columns // 2) * 2, -(-rows // 2) * 4
+        points = make_texture(gl, (columns, even[1]), 4, "f4")
+        defines = {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions}
+        surfaces, uniforms = textures_of(context, SURFACES), frame.view.uniforms()
+        fill(context, [points], "effects/far_probe_points.frag", defines, uniforms, surfaces)
+        size = even[0] * self.settings.directions, even[1] * self.settings.directions
+        return points, make_texture(gl, size, 4, "f4"), ProbeRays(source, light, turn)
 
     def _trace(
-        self, context: PassContext, texture: moderngl.Texture, regions: Sequence[Region]
+        self,
+        context: PassContext,
+        points: moderngl.Texture,
+        texture: moderngl.Texture,
+        regions: Sequence[Region],
     ) -> None:
         """Draw regions of `texture`: one ray for each direction."""
         frame = context.frame
@@ -165,7 +151,7 @@ class FarProbesPass(RenderPass):
             "u_radius_ns": radius_ns(self.settings.radius, context),
             "u_stream": stream_of(seed + (frame.moves << 32), 0),
         }
-        textures = textures_of(context, self.reads)
+        textures = {**textures_of(context, self.reads), "t_far_probe_points": points}
         program.set(uniforms)
         with drawing_into(context.gl, texture) as target:
             for region in regions:
@@ -231,7 +217,7 @@ class FarField(Effect):
                 (not is_lit, "there is no light at all"),
                 (self._is_alone(request), "what is in view is a box that stands alone"),
             ],
-            ("far_probe_points", "far_probes", "own_rays", "cached_irradiance"),
+            ("far_probes", "own_rays", "cached_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
@@ -250,8 +236,6 @@ class FarField(Effect):
         settings = request.settings_of(self.name, FarFieldSettings)
         # What is translucent is another surface in each frame.
         is_steady = not request.content.has_translucency
-        points = FarProbePointsPass(settings, is_steady=is_steady)
-        yield points, "a probe for each tile of what is in view"
         if traces_own(request) and settings.aimed_rays:
             yield BrightTablesPass(), "what is so bright that rays are aimed at it"
         features = replace(request.ray_features, glow_is_direct=request.runs("emitters"))

@@ -17,7 +17,7 @@ from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, Texture
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.environment_uniforms import MAP_IRRADIANCE, MAP_RADIANCE, environment_uniforms
 from ssdo_gl.passes.far_probes import (
-    FAR_PROBES,
+    FAR_POINTS,
     FAR_RADIANCE,
     FarFieldSettings,
     ProbeRays,
@@ -111,7 +111,7 @@ class OwnRaysPass(RenderPass):
         self.environment = environment
         self.reads = (
             *SURFACES,
-            *FAR_PROBES,
+            FAR_POINTS,
             FAR_RADIANCE,
             *ray_reads(features, shades=True),
             *cache_tables(features),
@@ -129,7 +129,7 @@ class OwnRaysPass(RenderPass):
         parts = min(frame.count**2, MOST_PARTS) if self.is_steady else 1
         self.is_settled = True
         if probes.gives_way:
-            reads = tuple(n for n in self._read() if n not in FAR_PROBES)
+            reads = tuple(n for n in self._read() if n != FAR_POINTS)
             counts = ray_counts(self.settings, is_brief=probes.is_brief)
             radius, kind = self.settings.radius, self.environment
             last = facts_of(context, OWN_RAYS[0], OwnRays)
@@ -204,7 +204,7 @@ class OwnRaysPass(RenderPass):
             "u_sky": mean_radiance(frame.scene.environment),
         }
         image = (MAP_RADIANCE, MAP_IRRADIANCE) if self.environment == "map" else ()
-        reads = textures_of(context, (*FAR_PROBES, FAR_RADIANCE, *image))
+        reads = textures_of(context, (FAR_POINTS, FAR_RADIANCE, *image))
         fill(context, [guide], "effects/own_guide.frag", defines, uniforms, reads)
         return guide
 
@@ -266,29 +266,27 @@ class OwnRaysPass(RenderPass):
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
         """Return the textures of `rays` with light averaged over pixels about."""
         places, far, near, pixels, _, light, rare, *aimed = rays.textures
-        gl, size = context.gl, context.inputs[FAR_PROBES[0]].size
-        found, spread = ([make_texture(gl, size, 4, "f4") for _ in range(2)] for _ in range(2))
-        found += [make_texture(gl, size, 2, "f4") for _ in range(2)]
+        gl, size = context.gl, context.inputs[FAR_POINTS].size
+        found = [make_texture(gl, size, 4, "f4"), make_texture(gl, size, 2, "f4")]
+        spread = make_texture(gl, size, 4, "f4")
         once, twice = (make_texture(gl, far.size, 4, "f4") for _ in range(2))
         tile = {"PROBE_TILE": self.settings.tile}
         by_tile = {"t_own_places": places, "t_own_rare": rare, "t_own_light": light}
-        fill(context, found, "effects/own_rare.frag", tile, {}, by_tile)
+        fill(context, found, "effects/own_rare.frag", tile, {"u_tile_rows": size[1] // 2}, by_tile)
         guided = {**tile, "PROBE_SIDE": self.settings.directions}
         uniforms = {
             **context.frame.view.uniforms(),
             "u_sky": mean_radiance(context.frame.scene.environment),
         }
-        reads = textures_of(context, (*SURFACES, *FAR_PROBES))
-        names = "t_rare_first", "t_rare_second", "t_light_first", "t_light_second"
-        by_probe = dict(zip(names, found, strict=True)) | reads
-        fill(context, spread, "effects/own_spread.frag", guided, uniforms, by_probe)
+        reads = textures_of(context, (*SURFACES, FAR_POINTS))
+        by_probe = {"t_rare": found[0], "t_light": found[1]} | reads
+        fill(context, [spread], "effects/own_spread.frag", guided, uniforms, by_probe)
         by_pixel = {
             "t_own_pixels": pixels,
             "t_own_places": places,
             "t_own_far": far,
             "t_own_rare": rare,
-            "t_spread_first": spread[0],
-            "t_spread_second": spread[1],
+            "t_spread": spread,
         }
         by_pixel |= reads
         uniforms |= {"u_stride": self.stride, **self._counts(context, rays)}

@@ -15,8 +15,8 @@ from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
-# Where probes stand and which way they look, those of each tile and those of some.
-FAR_PROBES = ("far_first_probes", "far_second_probes")
+# Where probes stand and which way they look.
+FAR_POINTS = "far_probe_points"
 FAR_RADIANCE = "far_radiance"
 # Eight directions, which tell how bright the sky is.
 SKY_DIRECTIONS = np.array(list(product((-1.0, 1.0), repeat=3))) / math.sqrt(3.0)

@@ -95,22 +95,20 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     rare = np.zeros_like(far)
     is_lit = rng.random(len(chosen)) < 0.2
     rare.reshape(-1, 4)[: len(chosen), 3] = np.where(is_lit, IN_MORE_LIGHT, 1.0)
-    tiles = size[0] // TILE, size[1] // TILE
-    probes = np.zeros((tiles[1], tiles[0], 4), np.float32)
-    probes[..., :3], probes[..., 3] = (0.0, 0.0, -2.2), CODE
+    tiles = size[0] // TILE, size[1] // TILE * 2
+    # Of the second probes, of which there are none, nothing is added.
+    probes = np.zeros((2, tiles[1] // 2, tiles[0], 4), np.float32)
+    probes[0, ..., :3], probes[0, ..., 3] = (0.0, 0.0, -2.2), CODE
     spread = np.full_like(probes, RARE)
-    spread[..., 3] = variance
+    spread[0, ..., 3], spread[1] = variance, 9.0
     images = inputs_of(picture)
     textures = {
         **{
             f"t_{name}": texture_from_image(gl, images[name], STORED_AS.get(name, "f4"))
             for name in ("z_vs", "normals_vs")
         },
-        "t_far_first_probes": make_texture(gl, tiles, 4, "f4", probes.tobytes()),
-        "t_far_second_probes": make_texture(gl, tiles, 4, "f4", np.zeros_like(probes)),
-        # Of the second probes, of which there are none, nothing is added.
-        "t_spread_first": make_texture(gl, tiles, 4, "f4", spread),
-        "t_spread_second": make_texture(gl, tiles, 4, "f4", np.full_like(probes, 9.0)),
+        "t_far_probe_points": make_texture(gl, tiles, 4, "f4", probes.tobytes()),
+        "t_spread": make_texture(gl, tiles, 4, "f4", spread),
         "t_own_pixels": make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels),
         "t_own_places": make_texture(gl, size, 1, "i4", places),
         "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),

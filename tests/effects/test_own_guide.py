@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from effects.probe_codes import code_of
+from effects.probe_codes import code_of, stacked
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -81,11 +81,11 @@ def test_the_guide_is_the_root_mean_square_of_a_cell_and_those_beside(gl, shader
         codes[(*at, 3)] = code_of(NORMALS[chosen[tuple(at)]])
     # Those of first probes of tiles that have a second one are negative.
     codes[0, ..., 3] *= np.where(chosen[1] >= 0, -1.0, 1.0)
+    points = stacked(codes)
     size = (tiles[0] + 1) // 2 * 2 * SIDE, (tiles[1] + 1) // 2 * 4 * SIDE
     far = rng.random((size[1], size[0], 4)).astype(np.float32) ** 3
     textures = {
-        "t_far_first_probes": make_texture(gl, tiles, 4, "f4", codes[0].tobytes()),
-        "t_far_second_probes": make_texture(gl, tiles, 4, "f4", codes[1].tobytes()),
+        "t_far_probe_points": make_texture(gl, points.shape[1::-1], 4, "f4", points.tobytes()),
         "t_far_radiance": make_texture(gl, size, 4, "f4", far),
     }
     guide = make_texture(gl, size, 4, "f4")

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from effects.probe_codes import code_of
+from effects.probe_codes import code_of, stacked
 from passes.estimator_cases import picture_frame
 
 from ssdo_gl.effects.own_rays import places_of
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 
-# Tiles at the upper and right borders are cut off.
+# Tiles at the upper and right borders are cut off, and one more row makes them even.
 SIZE, TILE = (44, 28), 4
-TILES = 11, 7
+TILES, ROWS = (11, 7), 8
 TAN_Y = 0.5
 # As shaders/effects/own_spread.frag and shaders/rays/guide.glsl say.
 REACH, LEAST_AGREEMENT = 2, 0.8
@@ -24,12 +24,14 @@ ROUNDING = 1e-3
 
 
 def filled(gl, shaders, shader, defines, uniforms, textures):
-    """Return the images (rows, columns, 4 or, of the later ones, 2) that a shader fills."""
-    counts = 4, 4, *(2, 2) * (shader == "own_rare")
-    targets = [make_texture(gl, TILES, count, "f4") for count in counts]
+    """Return the image (2, rows, columns, n) that a shader fills, of first and second probes."""
+    counts = (4, 2) if shader == "own_rare" else (4,)
+    targets = [make_texture(gl, (TILES[0], 2 * ROWS), count, "f4") for count in counts]
     program = shaders.fullscreen(f"effects/{shader}.frag", defines)
     draw_fullscreen(gl, program, make_framebuffer(gl, targets), uniforms, textures)
-    return [np.frombuffer(t.read(), np.float32).reshape(*TILES[::-1], -1) for t in targets]
+    found = [np.frombuffer(t.read(), np.float32) for t in targets]
+    images = [f.reshape(2, ROWS, TILES[0], -1)[:, : TILES[1]] for f in found]
+    return np.concatenate(images, axis=-1)
 
 
 def test_what_is_rare_is_summed_by_the_surfaces_of_a_tile(gl, shaders) -> None:
@@ -48,14 +50,13 @@ def test_what_is_rare_is_summed_by_the_surfaces_of_a_tile(gl, shaders) -> None:
         "t_own_rare": make_texture(gl, rare.shape[1::-1], 4, "f4", rare),
         "t_own_light": make_texture(gl, rare.shape[1::-1], 2, "f4", light),
     }
-    found = filled(gl, shaders, "own_rare", {"PROBE_TILE": TILE}, {}, textures)
+    found = filled(gl, shaders, "own_rare", {"PROBE_TILE": TILE}, {"u_tile_rows": ROWS}, textures)
     wanted = np.zeros((3, *TILES[::-1], 6))
     for number, (pixel, owner) in enumerate(zip(chosen, owners, strict=True)):
         tile = pixel // size[0] // TILE, pixel % size[0] // TILE
         own = rare.reshape(-1, 4)[number, :3], 1.0, light.reshape(-1, 2)[number]
         wanted[owner][tile] += np.hstack(own)
-    sums = np.concatenate([found[:2], found[2:]], axis=-1)
-    np.testing.assert_allclose(sums, wanted[1:], rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(found, wanted[1:], rtol=0.0, atol=1e-5)
 
 
 def test_what_is_rare_is_averaged_over_probes_of_the_same_surface(gl, shaders) -> None:
@@ -73,10 +74,11 @@ def test_what_is_rare_is_averaged_over_probes_of_the_same_surface(gl, shaders) -
     rare[rare[..., 3] == 0.0] = 0.0
     # Means of at least a half, so that rounding hardly matters to what is divided by them.
     light = (0.5 + rng.random((*chosen.shape, 2))).astype(np.float32) * rare[..., 3:]
-    names = [f"t_{n}" for n in ("far_first_probes", "far_second_probes", "rare_first")]
-    names += ["t_rare_second", "t_light_first", "t_light_second"]
-    images = zip(names, (*probes, *rare, *light), strict=True)
-    textures = {n: make_texture(gl, TILES, i.shape[-1], "f4", i.tobytes()) for n, i in images}
+    images = {"t_far_probe_points": probes, "t_rare": rare, "t_light": light}
+    textures = {
+        name: make_texture(gl, (TILES[0], 2 * ROWS), i.shape[-1], "f4", stacked(i).tobytes())
+        for name, i in images.items()
+    }
     defines = {"PROBE_TILE": TILE, "PROBE_SIDE": 2}
     uniforms = picture_frame(SIZE, TAN_Y).view.uniforms()
     found = filled(gl, shaders, "own_spread", defines, uniforms, textures)

@@ -183,9 +183,9 @@ def test_light_from_few_directions_is_averaged_over_pixels_about(monkeypatch) ->
     def by_no_variance(context: Any, made: Any, shader: str, *others: Any) -> None:
         if shader == "effects/own_spread.frag":
             defines, uniforms, reads = others
-            size = reads["t_light_first"].size
+            size = reads["t_light"].size
             none = make_texture(context.gl, size, 2, "f4", np.zeros((*size[::-1], 2), "f4"))
-            others = defines, uniforms, {**reads, "t_light_first": none, "t_light_second": none}
+            others = defines, uniforms, {**reads, "t_light": none}
         fill(context, made, shader, *others)
 
     monkeypatch.setattr(own_rays, "fill", by_no_variance)

@@ -130,7 +130,7 @@ def test_probes_stand_in_the_middle_of_a_tile_and_on_what_it_tells_least_of(gl, 
     )
     inputs = {"z_vs": z, "normals_vs": np.concatenate([code, code], axis=-1)}
     used = {n: v for n, v in gl_view.uniforms().items() if program.takes(n)}
-    first, second = drawn(gl, program, (3, 2), inputs, used, outputs=2)
+    first, second = np.split(drawn(gl, program, (3, 4), inputs, used), 2)
 
     def stands_at(probe, pixel):
         if pixel is None:
