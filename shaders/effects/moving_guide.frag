@@ -1,20 +1,16 @@
 #version 330 core
 // How bright pixels are while the camera moves, by their rays and those of pixels about, in this frame
 // and those before, and how well that is known.
-//
-// Defines: HAS_PAST 0: there is nothing before this frame.
-#include "lib/past_surfaces.glsl"
+#include "lib/gbuffer.glsl"
 
 // r: what a pixel's rays have gathered, all colours together; g: 0 if it has none, -1 at contacts, 1 else.
 uniform sampler2D t_own_light;
 uniform int u_receiver_stride;  // pixels from one that light is gathered at to the next
-#if HAS_PAST
-uniform sampler2D t_past_guide;
+uniform sampler2D t_past;       // as effects/moving_numbers.frag writes it
 uniform float u_most_frames;    // averaged at most
-#endif
 
 layout(location = 0) out vec2 o_guide;    // light, and its variance
-layout(location = 1) out vec4 o_surface;  // as t_past_surfaces, g: frames averaged
+layout(location = 1) out vec4 o_surface;  // as t_past_surfaces of lib/past_surfaces.glsl, g: frames averaged
 
 // Distance from a pixel's plane at which another counts a quarter, in footprints of it.
 const float OFF_PLANE = 2.0;
@@ -61,28 +57,10 @@ void main()
     if (own.g == 0.0)
         return;
     vec2 light = light_about(texel, own, z);
-    float frames = 1.0;
-#if HAS_PAST
-    Place place = place_of(texel, z);
-    vec3 past = vec3(0.0);
-    float known = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 step_px = ivec2(i & 1, i >> 1);
-        ivec2 tap = place.base + step_px;
-        vec4 surface = past_surface(tap);
-        float weight = tap_weight(place, step_px) * same_surface(place, step_px, surface);
-        weight = surface.g > 0.0 ? weight : 0.0;
-        past += weight > 0.0 ? weight * vec3(texelFetch(t_past_guide, tap, 0).rg, surface.g) : vec3(0.0);
-        known += weight;
-    }
-    if (place.is_seen && known > 0.0) {
-        past /= known;
-        frames = min(known * past.z, u_most_frames - 1.0) + 1.0;
-        float share = 1.0 / frames;
-        float kept = 1.0 - share;
-        light = vec2(mix(past.x, light.x, share), kept * kept * past.y + share * share * light.y);
-    }
-#endif
-    o_guide = light;
+    vec3 past = texelFetch(t_past, texel, 0).xyz;
+    float frames = min(past.z, u_most_frames - 1.0) + 1.0;
+    float share = 1.0 / frames;
+    float kept = 1.0 - share;
+    o_guide = vec2(mix(past.x, light.x, share), kept * kept * past.y + share * share * light.y);
     o_surface.g = frames;
 }

@@ -5,6 +5,10 @@
 uniform sampler2D t_z_vs;        // distance along the view axis, 0 = background
 uniform sampler2D t_normals_vs;  // octahedral: xy shading normal, zw geometric normal
 
+// Distance of octahedral codes (2 across the square) from which on normals are those of different
+// surfaces: 25 degrees.
+const float NORMAL_TOLERANCE = 0.43;
+
 float gbuffer_z_vs(ivec2 texel)
 {
     return texelFetch(t_z_vs, texel, 0).x;

@@ -5,8 +5,6 @@
 // Of the eight pixels around. Along a straight outline five show the same surface, at a corner three,
 // on a line two.
 const int FEWEST_ALIKE = 3;
-// Distance of octahedral codes (2 across the square): 25 degrees.
-const float LEAST_TURN = 0.43;
 
 // `stride`: texels from one pixel to the next.
 bool is_outline(ivec2 texel, int stride)
@@ -25,7 +23,7 @@ bool is_outline(ivec2 texel, int stride)
         float height = plane_height(rate, vec2(other - texel), other_z) - offset;
         vec2 turn = 2.0 * (texelFetch(t_normals_vs, other, 0).xy - codes.xy);
         bool is_alike = other_z > 0.0 && abs(height) < 1.0
-                     && dot(turn, turn) < LEAST_TURN * LEAST_TURN;
+                     && dot(turn, turn) < NORMAL_TOLERANCE * NORMAL_TOLERANCE;
         alike += is_alike ? 1 : 0;
     }
     return alike < FEWEST_ALIKE;

@@ -7,11 +7,8 @@ uniform mat3 u_last_from_view;      // rotation of the eye, ...
 uniform vec3 u_last_offset_vs;      // ... and where it is now, in the view of the last frame
 uniform vec2 u_jitter_uv;           // this frame's jitter less that of the last one
 // A tap of the last frame shows the same surface up to this many footprints of a pixel off
-// its plane, and ...
+// its plane, if it faces about the same way.
 uniform float u_plane_tolerance;
-
-// ... this distance of octahedral codes (2 across the square): 25 degrees.
-const float NORMAL_TOLERANCE = 0.43;
 
 // A point and its surface as the last frame saw them; `rate` as in lib/edge_aware_filter.glsl.
 struct Place {

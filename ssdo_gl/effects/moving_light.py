@@ -5,13 +5,11 @@ from __future__ import annotations
 import moderngl
 
 from ssdo_gl.gpu.texture import make_texture
-from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.surfels import pieces_of
 from ssdo_gl.passes.taps_apart import apart_defines, apart_uniforms
-from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.passes.temporal import versions
 
 # Pixels from one of 3 x 3 taps to the next; the filter of all that is shown closes the gaps. Where
@@ -23,16 +21,11 @@ TOLERANCE = 1.0
 SURFACES = ("z_vs", "normals_vs")
 
 
-def of_past(frame: Frame, past: SeenSurfaces) -> dict[str, object]:
-    """Return the uniforms of `lib/past_surfaces.glsl`."""
-    return past_uniforms(frame, past.view, is_still=past.versions == versions(frame))
-
-
 def guide_of(
     context: PassContext,
     light: moderngl.Texture,
     stride: int,
-    past: SeenSurfaces | None,
+    past: moderngl.Texture,
     most_frames: int,
 ) -> SeenSurfaces:
     """Return how bright pixels are known to be, by this frame and those before.
@@ -43,21 +36,21 @@ def guide_of(
         What pixels have gathered, as `effects/moving_rays.frag` writes it.
     stride : int
         Pixels from one that light is gathered at to the next.
-    past : SeenSurfaces or None
-        What the last frame has seen, framed alike.
+    past : Texture
+        What the last frame knew of them, as `effects/moving_numbers.frag` writes it.
     most_frames : int
         Averaged at most.
     """
     frame = context.frame
     guide = make_texture(context.gl, frame.view.size, 2, "f4")
     surfaces = make_texture(context.gl, frame.view.size, 4, "f4")
-    uniforms: dict[str, object] = {**frame.view.uniforms(), "u_receiver_stride": stride}
-    textures = {**textures_of(context, SURFACES), "t_own_light": light}
-    if past is not None:
-        uniforms |= {**of_past(frame, past), "u_most_frames": float(most_frames)}
-        textures |= {"t_past_surfaces": past.texture, "t_past_guide": past.guide}
-    defines = {"HAS_PAST": int(past is not None)}
-    fill(context, (guide, surfaces), "effects/moving_guide.frag", defines, uniforms, textures)
+    uniforms = {
+        **frame.view.uniforms(),
+        "u_receiver_stride": stride,
+        "u_most_frames": float(most_frames),
+    }
+    textures = {**textures_of(context, SURFACES), "t_own_light": light, "t_past": past}
+    fill(context, (guide, surfaces), "effects/moving_guide.frag", {}, uniforms, textures)
     return SeenSurfaces(surfaces, guide, frame.view, versions(frame))
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import moderngl
 
-from ssdo_gl.effects.moving_light import averaged, guide_of, of_past
+from ssdo_gl.effects.moving_light import averaged, guide_of
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import Dtype
@@ -16,7 +16,8 @@ from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
 from ssdo_gl.passes.surfels import bright_reads, pieces_of
-from ssdo_gl.passes.temporal import is_framed_alike
+from ssdo_gl.passes.temporal import is_framed_alike, versions
+from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
@@ -94,7 +95,7 @@ def moving_rays(
     made = [make_texture(context.gl, frame.view.size, *form) for form in forms]
     has_past = past is not None and is_framed_alike(past.view, frame.view)
     past = past if has_past else None
-    numbers = _numbers_of_rays(context, radius, counts, stride, past)
+    numbers, known = numbers_of_rays(context, radius, counts, stride, past)
     defines = {
         **ray_defines(context, features),
         "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
@@ -114,17 +115,18 @@ def moving_rays(
     fill(context, made, "effects/moving_rays.frag", defines, uniforms, textures)
     places, far, near, light = made
     most_frames = BRIEF_GUIDE_FRAMES if counts.is_brief else GUIDE_FRAMES
-    seen = guide_of(context, light, stride, past, most_frames)
+    seen = guide_of(context, light, stride, known, most_frames)
     far, near = averaged(context, far, near, seen.guide, stride)
     return (places, far, near), seen
 
 
-def _numbers_of_rays(
+def numbers_of_rays(
     context: PassContext, radius: float, counts: RayCounts, stride: int, past: SeenSurfaces | None
-) -> moderngl.Texture:
-    """Return how many rays each pixel traces, negative at contacts."""
+) -> tuple[moderngl.Texture, moderngl.Texture]:
+    """Return how many rays each pixel traces, negative at contacts, and what was known of it."""
     frame = context.frame
     numbers = make_texture(context.gl, frame.view.size, 1, "i4")
+    known = make_texture(context.gl, frame.view.size, 4, "f4")
     uniforms: dict[str, object] = {
         **frame.view.uniforms(),
         "u_radius": radius,
@@ -136,8 +138,9 @@ def _numbers_of_rays(
     }
     textures = textures_of(context, ("z_vs", "normals_vs"))
     if past is not None:
-        uniforms |= of_past(frame, past)
-        textures["t_past_surfaces"] = past.texture
+        is_still = past.versions == versions(frame)
+        uniforms |= past_uniforms(frame, past.view, is_still=is_still)
+        textures |= {"t_past_surfaces": past.texture, "t_past_guide": past.guide}
     defines = {"HAS_PAST": int(past is not None)}
-    fill(context, [numbers], "effects/moving_numbers.frag", defines, uniforms, textures)
-    return numbers
+    fill(context, [numbers, known], "effects/moving_numbers.frag", defines, uniforms, textures)
+    return numbers, known

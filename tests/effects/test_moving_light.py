@@ -15,6 +15,7 @@ from passes.pass_harness import STORED_AS
 
 from ssdo_gl.effects import moving_light
 from ssdo_gl.effects.moving_light import TOLERANCE, averaged, guide_of
+from ssdo_gl.effects.moving_rays import RayCounts, numbers_of_rays
 from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import PassContext
@@ -48,9 +49,9 @@ class Motion:
     def guide(self, light, kinds, *, past=None, most_frames=16, stride=1):
         """Return what is known of `light` (h, w) after this frame, and that as (h, w, 2)."""
         image = np.stack([light, kinds], -1)
-        seen = guide_of(
-            self.context, texture_from_image(self.gl, image, "f4"), stride, past, most_frames
-        )
+        light = texture_from_image(self.gl, image, "f4")
+        _, known = numbers_of_rays(self.context, 1.0, RayCounts(2, 8, 16, 16, 0, False), stride, past)
+        seen = guide_of(self.context, light, stride, known, most_frames)
         return seen, read_texture(seen.guide).astype(np.float64)
 
     def averaged(self, far, near, guide, kinds, *, stride=1):

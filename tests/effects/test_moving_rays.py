@@ -262,18 +262,18 @@ def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
 def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.MonkeyPatch) -> None:
     """`effects/moving_numbers.frag`: fewer at contacts and outlines, 32 where nothing is known."""
     made: list[Any] = []
-    original = moving_rays._numbers_of_rays
+    original = moving_rays.numbers_of_rays
 
     def noted(*arguments: Any) -> Any:
         made.append(original(*arguments))
         return made[-1]
 
-    monkeypatch.setattr(moving_rays, "_numbers_of_rays", noted)
+    monkeypatch.setattr(moving_rays, "numbers_of_rays", noted)
     shares = []
     with Renderer(STAIRS, settings(**{"far_field.moving_lost_rays": 32})) as renderer:
         for step in (0.0, 0.01, 0.02, 20.0):
             renderer.draw(("beauty",), camera=moved(step))
-        for numbers in made:
+        for numbers, _ in made:
             found = abs(np.frombuffer(numbers.read(), np.int32))
             shares.append(float((found[found > 0] == 32).mean()))
     # The first frame has probes, and the second knows of no surface of one before.

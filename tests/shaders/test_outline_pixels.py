@@ -13,7 +13,7 @@ from shaders.harness import evaluate
 SIZE = (24, 16)
 TAN_Y = 0.5
 TAN_HALF = (TAN_Y * SIZE[0] / SIZE[1], TAN_Y)
-# As shaders/lib/outline_pixels.glsl says.
+# As shaders/lib/outline_pixels.glsl and shaders/lib/gbuffer.glsl say.
 FEWEST_ALIKE = 3
 LEAST_TURN = 0.43
 # What hangs on less is rounding's to decide.
