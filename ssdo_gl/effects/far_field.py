@@ -38,7 +38,6 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
 
-
 SURFACES = ("z_vs", "normals_vs")
 
 
@@ -97,9 +96,7 @@ class FarProbesPass(RenderPass):
         self.is_settled = rays.gives_way or all(rays.fresh)
         return {FAR_POINTS: points, FAR_RADIANCE: TextureWithFacts(texture, rays)}
 
-    def _begun(
-        self, context: PassContext
-    ) -> tuple[moderngl.Texture, moderngl.Texture, ProbeRays]:
+    def _begun(self, context: PassContext) -> tuple[moderngl.Texture, moderngl.Texture, ProbeRays]:
         """Return what earlier frames have left of these probes, or what begins anew."""
         frame, gl = context.frame, context.gl
         changed = frame.versions.get("geometry"), frame.versions.get("materials")

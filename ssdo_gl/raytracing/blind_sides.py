@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.surfel_patches import Patches
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET
 from ssdo_gl.raytracing.surfels import Surfels
 
-NOTHING_MET = 0xFFFFFFFF
 # A side of fewer texels may see what few rays miss, and would spare little.
 LEAST_TEXELS = 8
 # The inside of a wall is told from that of a room by how far it reaches, in widths of the face;

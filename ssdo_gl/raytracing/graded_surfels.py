@@ -19,7 +19,13 @@ from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.packed import oct_words
 from ssdo_gl.raytracing.surfel_patches import Patches, patches_of
-from ssdo_gl.raytracing.surfel_points import LIFT, POINT_COUNT, texel_points
+from ssdo_gl.raytracing.surfel_points import (
+    CLOSE,
+    LIFT,
+    PARALLEL_COSINE,
+    POINT_COUNT,
+    texel_points,
+)
 from ssdo_gl.raytracing.surfels import BACK_BLIND, BLIND_COARSENESS, FRONT_BLIND, Surfels
 
 # Texels that are cut have so many parts along an edge, at most: 4 bits, and a lookup fetches once
@@ -33,9 +39,6 @@ NEAR = 1.5
 COARSER = 1.5
 # By how much the finest texels grow until there are not too many.
 GROWTH = 2.0**0.5
-# What is parallel to a face, within 8 degrees, and closer than so much of its width lies on it
-# (`CLOSE` of passes/surfel_covers.frag): what shows of the face shows beside it.
-PARALLEL_COSINE, CLOSE = 0.99, 0.05
 # Light of a lamp changes within so many of its distances to either side of its edges, where parts
 # are no wider than this share of the distance, if so many along an edge suffice: 4 bits.
 EDGE_REACH, EDGE_SHARE, MOST_EDGE_PARTS = 2.0, 0.75, 15
@@ -214,6 +217,7 @@ def _cut_sides(
                 continue
             normal = patches.normals[patch] * (1 - 2 * side)
             height = (middles - corners[0]) @ normal
+            # Of a face on which something lies what shows shows beside that.
             is_flat = np.abs(surfels.looks @ normal) > PARALLEL_COSINE
             chosen = height > np.where(is_flat, CLOSE * widths, LIFT)
             chosen &= is_wide[patch] & (widths * COARSER < texel[patch])

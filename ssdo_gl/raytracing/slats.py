@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
-from ssdo_gl.raytracing.blind_sides import NOTHING_MET
 from ssdo_gl.raytracing.surfel_patches import Patches
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET
 from ssdo_gl.raytracing.surfels import Surfels
 from ssdo_gl.raytracing.triangles import SceneTriangles
 from ssdo_gl.scene.lights import Light, RectangleLight

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.raytracing.packed import unit_vectors
 from ssdo_gl.raytracing.surfel_patches import Patches
 
 # Points of a surfel from which its rays start: a square number, so that they are stratified.
@@ -14,6 +15,12 @@ POINT_COUNT = POINTS_PER_SIDE**2
 # Rays start this far off the surface: twice `RAY_OFFSET` of shaders/rays/ray.glsl, whose
 # other part, back along the ray that found the surface, is missing here.
 LIFT = 8e-6
+# What a ray that finds nothing has met, in place of twice its primitive and which triangle of it.
+NOTHING_MET = 0xFFFFFFFF
+# What is parallel to a surfel, within 8 degrees, lies on it or before it, and does not stand on it.
+# Where it is closer than so much of its size, it covers it. At .1 narrow gaps between walls, which
+# also are flat, are as bright as what is open: docs/far-field-experiments.md.
+PARALLEL_COSINE, CLOSE = 0.99, 0.05
 # Lines across a texel run this share of its width from its edges and from each other.
 LINE_PLACES = (0.002, 0.33, 0.67, 0.998)
 
@@ -57,6 +64,25 @@ def _line_ends() -> FloatArray:
     first, last = LINE_PLACES[0], LINE_PLACES[-1]
     rows = [[x, y] for y in LINE_PLACES for x in (first, last)]
     return np.array(rows + [[y, x] for x, y in rows])
+
+
+def cosine_ways(normals: NDArray[np.uint32]) -> FloatArray:
+    """Return a direction from each point (S, 16) of surfels, spread by the cosine, (S, 16, 3).
+
+    Parameters
+    ----------
+    normals : ndarray, shape (S, 16), uint32
+        As in `Surfels`.
+    """
+    # In another order than the points, which are spread over the surfel in the same way.
+    order = 7 * np.arange(POINT_COUNT) % POINT_COUNT
+    u = _stratified(np.random.default_rng(2), len(normals))[:, order]
+    height, angle = 2.0 * u[..., 0] - 1.0, 2.0 * np.pi * u[..., 1]
+    radius = np.sqrt(1.0 - height**2)
+    sphere = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
+    # A sphere that touches the surface.
+    ways = unit_vectors(normals) + (1.0 - 1e-6) * sphere
+    return np.asarray(ways / np.linalg.norm(ways, axis=-1, keepdims=True))
 
 
 def _stratified(rng: np.random.Generator, count: int) -> FloatArray:

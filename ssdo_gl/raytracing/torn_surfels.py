@@ -15,15 +15,17 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.packed import oct_words
-from ssdo_gl.raytracing.surfel_points import LIFT, POINT_COUNT
+from ssdo_gl.raytracing.surfel_points import (
+    LIFT,
+    NOTHING_MET,
+    PARALLEL_COSINE,
+    POINT_COUNT,
+)
 from ssdo_gl.raytracing.surfels import Places, Surfels
 from ssdo_gl.raytracing.triangles import SceneTriangles
 
 # Walls meet at a corner where their normals enclose more than 45 degrees.
 CORNER_COSINE = 0.7
-# What a line meets that is parallel to the surfel, within 8 degrees, does not stand on it.
-PARALLEL_COSINE = 0.99
-NOTHING_MET = 0xFFFFFFFF
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,31 +57,6 @@ class TornSurfels:
     def count(self) -> int:
         """Number of surfels, all parts counted."""
         return len(self.positions)
-
-    def uncovered(self, covered: IntArray) -> TornSurfels:
-        """Return the surfels with open points in place of covered ones.
-
-        Rays that meet a surfel seldom meet it under a rug or behind a picture, and the light that
-        is missing there must not be missing beside it.
-
-        Parameters
-        ----------
-        covered : ndarray, shape (S,)
-            A bit for each point.
-        """
-        is_covered = (covered[:, None] >> np.arange(POINT_COUNT) & 1) != 0
-        chosen = np.flatnonzero(is_covered.any(axis=1) & ~is_covered.all(axis=1))
-        open_first = np.argsort(is_covered[chosen], axis=1, kind="stable")
-        count = POINT_COUNT - is_covered[chosen].sum(axis=1)
-        in_turn = np.arange(POINT_COUNT) % count[:, None]
-        kept = np.tile(np.arange(POINT_COUNT), (self.count, 1))
-        kept[chosen[:, None], open_first] = np.take_along_axis(open_first, in_turn, axis=1)
-        return replace(
-            self,
-            positions=np.take_along_axis(self.positions, kept[..., None], axis=1),
-            normals=np.take_along_axis(self.normals, kept, axis=1),
-            sources=np.take_along_axis(self.sources, kept, axis=1),
-        )
 
     def _weights(self, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
         """Of points of N surfels the weights of corners, (N, 16, 3), and sides: 1 front, -1 back.
@@ -132,7 +109,7 @@ def torn(
         What each line of `Surfels.lines` meets: 2 p + s for triangle s of primitive p, or
         `NOTHING_MET`; first eight lines forwards, then backwards.
     distances : ndarray, shape (S, 16)
-        How far along the line, normalised frame.
+        How far along the line, normalised frame; negative where it is met from behind.
     most : int
         Surfels in all; further ones stay in one part.
     """
@@ -142,8 +119,8 @@ def torn(
     chosen, is_wall = chosen[rows], is_wall[rows]
     met = met[chosen]
     triangle = bvh.primitive_triangles.reshape(-1)[np.where(is_wall, met, 0)]
-    face = _face_normals(bvh.triangles, triangle)
-    distances = np.where(is_wall, distances[chosen], np.inf)
+    face = face_normals(bvh.triangles, triangle)
+    distances = np.where(is_wall, np.abs(distances[chosen]), np.inf)
     lines = _Lines(surfels, chosen, distances, face, bvh.triangles.solid[triangle])
     own = surfels.positions[chosen].astype(np.float64)
     bearers = surfels.sources[chosen]
@@ -263,7 +240,7 @@ def _wall_that_most_meet(
     """
     line = (np.arange(len(met)), _most_frequent(met[:, way]))
     wall = triangle[:, way][line]
-    normal = _face_normals(bvh.triangles, wall)
+    normal = face_normals(bvh.triangles, wall)
     away = np.einsum("sk,sk->s", normal, lines.along[:, way][line]) > 0.0
     normal = np.where(away[:, None], -normal, normal)
     reach = np.einsum("sk,sk->s", normal, bvh.triangles.positions[wall, 0].astype(np.float64))
@@ -354,7 +331,7 @@ def _walls_on(surfels: Surfels, bvh: Bvh, met: IntArray) -> tuple[IntArray, NDAr
     chosen = _torn_rows(is_wall)
     is_wall = is_wall[chosen]
     triangle = bvh.primitive_triangles.reshape(-1)[np.where(is_wall, met[chosen], 0)]
-    face = _face_normals(bvh.triangles, triangle)
+    face = face_normals(bvh.triangles, triangle)
     is_wall &= np.abs(np.einsum("slk,sk->sl", face, surfels.looks[chosen])) < PARALLEL_COSINE
     rows = _torn_rows(is_wall)
     return chosen[rows], is_wall[rows]
@@ -366,7 +343,7 @@ def _torn_rows(is_wall: NDArray[np.bool_]) -> IntArray:
     return np.flatnonzero(is_wall[:, :half].any(axis=1) & is_wall[:, half:].any(axis=1))
 
 
-def _face_normals(triangles: SceneTriangles, chosen: NDArray[np.int32]) -> FloatArray:
+def face_normals(triangles: SceneTriangles, chosen: NDArray[np.int32]) -> FloatArray:
     """Return unit normals (..., 3) of some triangles (...)."""
     a, b, c = np.moveaxis(triangles.positions[chosen].astype(np.float64), -2, 0)
     normals = np.cross(b - a, c - a)

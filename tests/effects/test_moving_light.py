@@ -50,7 +50,9 @@ class Motion:
         """Return what is known of `light` (h, w) after this frame, and that as (h, w, 2)."""
         image = np.stack([light, kinds], -1)
         light = texture_from_image(self.gl, image, "f4")
-        _, known = numbers_of_rays(self.context, 1.0, RayCounts(2, 8, 16, 16, 0, False), stride, past)
+        _, known = numbers_of_rays(
+            self.context, 1.0, RayCounts(2, 8, 16, 16, 0, False), stride, past
+        )
         seen = guide_of(self.context, light, stride, known, most_frames)
         return seen, read_texture(seen.guide).astype(np.float64)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.raytracing.blind_sides import NOTHING_MET, blind_sides
+from ssdo_gl.raytracing.blind_sides import blind_sides
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.raytracing.surfel_patches import patches_of
-from ssdo_gl.raytracing.surfel_points import POINT_COUNT
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET, POINT_COUNT
 from ssdo_gl.raytracing.surfels import (
     BACK_BLIND,
     BLIND_COARSENESS,

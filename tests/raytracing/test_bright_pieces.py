@@ -8,8 +8,9 @@ import pytest
 from ssdo_gl.raytracing.bright_pieces import BrightSurfels, bright_pieces, bright_surfels
 from ssdo_gl.raytracing.bvh import build_bvh
 from ssdo_gl.raytracing.packed import oct_words, unit_vectors
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET
 from ssdo_gl.raytracing.surfels import build_surfels
-from ssdo_gl.raytracing.torn_surfels import NOTHING_MET, TornSurfels, torn
+from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import box, sphere

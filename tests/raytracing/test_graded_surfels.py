@@ -9,8 +9,9 @@ import pytest
 
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.raytracing.graded_surfels import graded
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET
 from ssdo_gl.raytracing.surfels import FIRST_FLAG, SECOND_FLAG, Surfels, build_surfels
-from ssdo_gl.raytracing.torn_surfels import NOTHING_MET, torn
+from ssdo_gl.raytracing.torn_surfels import torn
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import box, quad

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing import slats
-from ssdo_gl.raytracing.blind_sides import NOTHING_MET
 from ssdo_gl.raytracing.bvh import build_bvh
 from ssdo_gl.raytracing.slats import lamps_behind, slat_faces, slats_of
 from ssdo_gl.raytracing.surfel_patches import patches_of
-from ssdo_gl.raytracing.surfel_points import POINT_COUNT
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET, POINT_COUNT
 from ssdo_gl.raytracing.surfels import build_surfels
 from ssdo_gl.raytracing.triangles import scene_triangles
 from ssdo_gl.scene.camera import Camera

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
-from ssdo_gl.raytracing.surfel_points import LIFT, POINT_COUNT
+from ssdo_gl.raytracing.surfel_points import LIFT, NOTHING_MET, POINT_COUNT
 from ssdo_gl.raytracing.surfels import build_surfels
-from ssdo_gl.raytracing.torn_surfels import NOTHING_MET, TornSurfels, torn
+from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import box, quad
@@ -114,23 +114,3 @@ def test_a_corner_has_its_third_part_where_there_is_room(room: int) -> None:
     result = torn(surfels, bvh, met, np.full(met.shape, 0.05), surfels.count + room)
     assert result.count == surfels.count + room
     assert np.count_nonzero(result.others) == room
-
-
-def test_open_points_stand_in_for_covered_ones() -> None:
-    bvh = bvh_with_box_at(0.0)
-    surfels = build_surfels(bvh, 65535, 0.2)
-    met = np.full((surfels.count, POINT_COUNT), NOTHING_MET, dtype=np.int64)
-    whole = torn(surfels, bvh, met, np.full(met.shape, 0.05), surfels.count)
-    covered = np.zeros(whole.count, dtype=np.int64)
-    covered[0], covered[1] = 0b1111_1111_1111_0101, 0xFFFF
-    found = whole.uncovered(covered)
-    for name in ("positions", "normals", "sources"):
-        before, after = getattr(whole, name), getattr(found, name)
-        open_ones = before[0, [1, 3]]
-        np.testing.assert_array_equal(after[0, [1, 3]], open_ones)
-        assert all((point == open_ones).reshape(2, -1).all(axis=1).any() for point in after[0])
-        # Nothing stands in where all are covered.
-        np.testing.assert_array_equal(after[1:], before[1:])
-    # As often one as the other.
-    at = (found.positions[0] == whole.positions[0, 1]).all(axis=1)
-    assert np.count_nonzero(at) == POINT_COUNT // 2

@@ -282,38 +282,35 @@ def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_softw
     assert (found[:, 1] >= 0).any()
 
 
-def test_lines_of_surfels_meet_what_a_ray_from_either_end_meets(gl, shaders) -> None:
-    lines, count = 8, 100
+def test_what_stands_around_surfels_is_met_by_the_way_there(gl, shaders) -> None:
+    number, count = 16, 100
     bvh = bvh_of(soup(40, 5, 0.15))
     rng = np.random.default_rng(6)
-    ends = rng.uniform(-1.0, 1.0, (2 * lines, count, 3)).astype(np.float32)
-    ends[1, :9] = ends[0, :9]  # of no length: they meet nothing
+    rays = rng.uniform(-1.0, 1.0, (2, number, count, 4)).astype(np.float32)
+    rays[1, ..., :3] /= np.linalg.norm(rays[1, ..., :3], axis=-1, keepdims=True)
+    rays[1, ..., 3] = np.abs(rays[1, ..., 3]) + 0.1
+    rays[1, 0, :9, 3] = -1.0  # no rays: they meet nothing
     given = arguments(gl, bvh)
-    program = shaders.fullscreen("passes/surfel_lines.frag", given["defines"])
-    texels = np.concatenate([ends, np.zeros((*ends.shape[:2], 1), np.float32)], axis=-1)
-    textures = {
-        **given["textures"],
-        "t_surfel_ends": make_texture(gl, (count, 2 * lines), 4, "f4", texels),
-    }
-    met = make_texture(gl, (count, 2 * lines), 2, "u4")
-    uniforms = {**given["uniforms"], "u_surfel_rows": 1}
-    draw_fullscreen(gl, program, make_framebuffer(gl, [met]), uniforms, textures)
-    words = np.frombuffer(met.read(), np.uint32).reshape(2 * lines, count, 2)
+    program = shaders.fullscreen("passes/surfel_surroundings.frag", given["defines"])
+    names = zip(("t_starts", "t_ways"), rays, strict=True)
+    textures = {n: make_texture(gl, (count, number), 4, "f4", image) for n, image in names}
+    textures |= given["textures"]
+    met = make_texture(gl, (count, number), 2, "u4")
+    draw_fullscreen(gl, program, make_framebuffer(gl, [met]), given["uniforms"], textures)
+    words = np.frombuffer(met.read(), np.uint32).reshape(-1, 2)
 
     positions = bvh.triangles.positions.astype(np.float64)
-    places = ends.astype(np.float64).reshape(lines, 2, count, 3)
-    for number in range(2 * lines):
-        line, is_back = number % lines, number // lines
-        start, end = places[line, is_back], places[line, 1 - is_back]
-        reach = np.linalg.norm(end - start, axis=1)
-        way = (end - start) / np.maximum(reach, 1e-30)[:, None]
-        t, which = intersect_all(start, way, positions)
-        which = np.where(t < reach, which, -1)
-        slot, length = words[number, :, 0], words[number, :, 1].view(np.float32)
-        is_met = slot != 0xFFFFFFFF
-        found = np.full(count, -1)
-        found[is_met] = bvh.primitive_triangles.reshape(-1)[slot[is_met]]
-        same = found == which
-        assert same.mean() > 0.98
-        np.testing.assert_allclose(length[same & is_met], t[same & is_met], atol=T_TOLERANCE)
-        assert number % lines or not is_met[:9].any()
+    starts, ways = rays.reshape(2, -1, 4).astype(np.float64)
+    t, which = intersect_all(starts[:, :3], ways[:, :3], positions)
+    which = np.where(t < ways[:, 3], which, -1)
+    slot, length = words[:, 0], words[:, 1].copy().view(np.float32)
+    is_met = slot != 0xFFFFFFFF
+    found = np.full(len(slot), -1)
+    found[is_met] = bvh.primitive_triangles.reshape(-1)[slot[is_met]]
+    assert (found == which).mean() > 0.98
+    assert is_met.any() and not is_met[:9].any()
+    same = (found == which) & is_met
+    a, b, c = np.moveaxis(positions[found[same]], 1, 0)
+    from_behind = np.einsum("nk,nk->n", np.cross(b - a, c - a), ways[same, :3]) > 0.0
+    signed = np.where(from_behind, -t[same], t[same])
+    np.testing.assert_allclose(length[same], signed, atol=T_TOLERANCE)

@@ -105,11 +105,11 @@ def test_light_of_surfels_is_the_sum_of_its_tiles(gl, shaders):
     rng = np.random.default_rng(4)
     rows, sides, parts = 3, 2, 4
     sky, light = (rng.uniform(0.0, 2.0, (rows * n, 6, 4)) for n in (sides, parts))
-    program = shaders.fullscreen(
-        "passes/surfel_sum.frag", {"SURFEL_RAYS_PER_SIDE": sides, "PART_COUNT": parts}
-    )
+    defines = {"SURFEL_RAYS_PER_SIDE": sides, "PART_COUNT": parts, "OF_QUARTER": 0}
+    program = shaders.fullscreen("passes/surfel_sum.frag", defines)
     inputs = {"surfel_sky": sky, "surfel_parts": light}
-    found = drawn(gl, program, (6, rows), inputs, {"u_surfel_rows": rows})
+    rows_of = {"u_surfel_rows": rows, "u_first_row": 0}
+    found = drawn(gl, program, (6, rows), inputs, rows_of)
     wanted = sum(np.split(sky, sides)) + sum(np.split(light, parts))
     # What arrives, and how grazing.
     np.testing.assert_allclose(found, wanted, rtol=1e-6)

@@ -13,10 +13,11 @@ import moderngl
 import numpy as np
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
-from ssdo_gl.passes.own_textures import drawing_into, facts_of, textures_of
+from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
 from ssdo_gl.passes.rays import (
     EMITTER_TABLES,
     GLOW_PLACES,
@@ -31,7 +32,6 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     SURFELS_PER_ROW,
     SurfaceCacheSettings,
     SurfelProgram,
-    drawn,
     surfel_rows,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -177,33 +177,34 @@ class SurfelDirectPass(RenderPass):
         with drawing_into(context.gl, *made.parts) as target:
             samples = self._samples(context)
             draw_fullscreen(context.gl, program, target, samples, textures, region=tile)
+        produced: Produced = {
+            "surfel_direct": TextureWithFacts(self._sums(context, made.parts[:1]), made)
+        }
+        if self.shared.features.lobes:
+            produced = {**produced, "surfel_quarters": self._sums(context, made.parts)}
+        return produced
+
+    def _sums(self, context: PassContext, parts: tuple[moderngl.Texture, ...]) -> moderngl.Texture:
+        """Return the sums of parts and sky, all light and by directions, a tile each."""
+        rows = surfel_rows(context.facts["surfel_points"].count)
+        texture = make_texture(context.gl, (SURFELS_PER_ROW, len(parts) * rows), 4, "f4")
         defines = {
             "PART_COUNT": PART_COUNT,
             "SURFEL_RAYS_PER_SIDE": self.shared.settings.rays_per_side,
         }
-        program = context.shaders.fullscreen("passes/surfel_sum.frag", defines)
-        textures = {"t_surfel_parts": made.parts[0], "t_surfel_sky": context.inputs["surfel_sky"]}
-        texture = drawn(context.gl, rows, program, {"u_surfel_rows": rows}, textures)
-        produced: Produced = {"surfel_direct": TextureWithFacts(texture, made)}
-        if self.shared.features.lobes:
-            quarters = self._quarters(context, made.parts, defines)
-            produced = {**produced, "surfel_quarters": quarters}
-        return produced
-
-    def _quarters(
-        self,
-        context: PassContext,
-        parts: tuple[moderngl.Texture, ...],
-        defines: Mapping[str, int],
-    ) -> moderngl.Texture:
-        """Return the sums of parts and sky by directions, a tile each."""
-        rows = surfel_rows(context.facts["surfel_points"].count)
-        sky = context.facts["surfel_sky"].textures
-        textures: dict[str, moderngl.Texture] = {f"t_part_{i}": t for i, t in enumerate(parts)}
-        textures |= {f"t_sky_{i}": t for i, t in enumerate(sky)}
-        program = context.shaders.fullscreen("passes/surfel_quarters.frag", defines)
-        uniforms = {"u_surfel_rows": rows}
-        return drawn(context.gl, len(parts) * rows, program, uniforms, textures)
+        for tile, (part, sky) in enumerate(
+            zip(parts, context.facts["surfel_sky"].textures, strict=False)
+        ):
+            fill(
+                context,
+                [texture],
+                "passes/surfel_sum.frag",
+                {**defines, "OF_QUARTER": int(tile > 0)},
+                {"u_surfel_rows": rows, "u_first_row": tile * rows},
+                {"t_surfel_parts": part, "t_surfel_sky": sky},
+                (0, tile * rows, SURFELS_PER_ROW, rows),
+            )
+        return texture
 
     def _samples(self, context: PassContext) -> dict[str, object]:
         """Return the uniforms that say how many rays go to each group of lights."""

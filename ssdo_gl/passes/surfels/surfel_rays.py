@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, Texture
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
-from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms, stream_of
+from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.surfels.bounces import Bounces
 from ssdo_gl.passes.surfels.surfel_textures import (
     MOST_SURFELS,
@@ -28,11 +29,12 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     upload,
 )
 from ssdo_gl.raytracing.blind_sides import blind_sides
+from ssdo_gl.raytracing.covered_points import covered, outward, uncovered
 from ssdo_gl.raytracing.graded_surfels import graded
 from ssdo_gl.raytracing.slats import slat_faces
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.surfel_patches import patches_of
-from ssdo_gl.raytracing.surfel_points import POINT_COUNT, POINTS_PER_SIDE
+from ssdo_gl.raytracing.surfel_points import cosine_ways
 from ssdo_gl.raytracing.surfels import Surfels, build_surfels
 from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
@@ -42,6 +44,8 @@ STRIP_SHARE = 0.5
 SPARSE_SURFELS = 16384
 # There may be so many more at the edges of lamps.
 LAMP_SURFELS = 8192
+# As shaders/rays/ray.glsl says: twice as far as anything is away, normalised frame.
+RAY_FAR = 4.0
 
 
 class SurfelsPass(RenderPass):
@@ -84,7 +88,9 @@ class SurfelsPass(RenderPass):
             spare = min(int(STRIP_SHARE * most), MOST_SURFELS - most)
             cut = partial(build_surfels, bvh, most, self.settings.texel, spare, SPARSE_SURFELS)
             whole = cut()
-            patches, seen = patches_of(bvh), self._seen(context, whole)
+            patches = patches_of(bvh)
+            ways = cosine_ways(whole.normals)
+            seen = self._met(context, whole.positions, ways, np.full(ways.shape[:2], RAY_FAR))
             blind = blind_sides(whole, bvh, patches, *seen)
             slats = slat_faces(whole, patches, *seen)
             if blind.any() or slats.any():
@@ -96,8 +102,13 @@ class SurfelsPass(RenderPass):
             ] or [0]
             further = max(most - whole.count, LAMP_SURFELS)
             whole = graded(whole, bvh, further, np.array(glowing)[bvh.triangles.material])
-            surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
-            surfels = surfels.uncovered(self._covers(context, surfels))
+            starts, along, length = whole.lines(np.arange(whole.count))
+            reach = np.where(length > 0.0, length, -1.0)
+            lines = self._met(context, starts, along, reach)
+            surfels = torn(whole, bvh, *lines, MOST_SURFELS)
+            ways, reach = outward(surfels)
+            above = self._met(context, surfels.positions, ways, reach)
+            surfels = uncovered(surfels, covered(bvh, above[0], ways))
             made = SurfelSet(surfels, topology, whole.depth)
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
         splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
@@ -111,48 +122,28 @@ class SurfelsPass(RenderPass):
             "surfel_splits": TextureWithFacts(upload(gl, splits), made.depth),
         }
 
-    def _covers(self, context: PassContext, surfels: TornSurfels) -> IntArray:
-        """Return which points of each surfel something flat covers, a bit each."""
-        rows = surfel_rows(surfels.count)
-        covered = make_texture(context.gl, (SURFELS_PER_ROW, rows), 1, "u4")
-        defines = ray_defines(context, self.features)
-        uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
-        textures = textures_of(context, self.reads)
-        textures["t_surfel_points"] = upload(context.gl, _words(surfels))
-        fill(context, [covered], "passes/surfel_covers.frag", defines, uniforms, textures)
-        return np.frombuffer(covered.read(), dtype=np.uint32)[: surfels.count].astype(np.int64)
+    def _met(
+        self, context: PassContext, starts: NDArray[Any], ways: FloatArray, reach: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
+        """Return what rays meet, 2 p + s or `NOTHING_MET`, and how far, negative from behind.
 
-    def _seen(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
-        """Return what a ray from each point of each surfel meets, and how far, as `blind_sides`."""
-        rows = surfel_rows(surfels.count)
-        met = make_texture(context.gl, (SURFELS_PER_ROW, rows * POINT_COUNT), 2, "u4")
-        defines = ray_defines(context, self.features)
-        uniforms = {
-            **ray_uniforms(context),
-            "u_surfel_rows": rows,
-            "u_stream": stream_of(0, 0),
-            "u_shared_bits": POINTS_PER_SIDE - 1,
-        }
+        Parameters
+        ----------
+        starts, ways : ndarray, shape (S, N, 3)
+            Of N rays of each surfel; ways are of length 1.
+        reach : ndarray, shape (S, N)
+            How far they go; negative: there is none.
+        """
+        count, number = reach.shape
+        rays = np.zeros((2, count, number, 4), dtype=np.float32)
+        rays[0, ..., :3], rays[1, ..., :3], rays[1, ..., 3] = starts, ways, reach
+        met = make_texture(context.gl, (SURFELS_PER_ROW, number * surfel_rows(count)), 2, "u4")
         textures = textures_of(context, self.reads)
-        textures["t_surfel_points"] = upload(context.gl, _words(surfels))
-        fill(context, [met], "passes/surfel_sees.frag", defines, uniforms, textures)
-        words = np.frombuffer(met.read(), dtype=np.uint32).reshape(POINT_COUNT, -1, 2)
-        words = words[:, : surfels.count].swapaxes(0, 1)
-        return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
-
-    def _walls(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
-        """Return what each line across each surfel meets, and how far along."""
-        ends = np.zeros((*surfels.ends.shape[:2], 4), dtype=np.float32)
-        ends[..., :3] = surfels.ends
-        rows, lines = surfel_rows(surfels.count), surfels.ends.shape[1]
-        met = make_texture(context.gl, (SURFELS_PER_ROW, rows * lines), 2, "u4")
-        defines = ray_defines(context, self.features)
-        uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
-        textures = textures_of(context, self.reads)
-        textures["t_surfel_ends"] = upload(context.gl, ends)
-        fill(context, [met], "passes/surfel_lines.frag", defines, uniforms, textures)
-        words = np.frombuffer(met.read(), dtype=np.uint32).reshape(lines, -1, 2)
-        words = words[:, : surfels.count].swapaxes(0, 1)
+        textures |= {"t_starts": upload(context.gl, rays[0]), "t_ways": upload(context.gl, rays[1])}
+        defines, uniforms = ray_defines(context, self.features), ray_uniforms(context)
+        fill(context, [met], "passes/surfel_surroundings.frag", defines, uniforms, textures)
+        words = np.frombuffer(met.read(), dtype=np.uint32).reshape(number, -1, 2)
+        words = words[:, :count].swapaxes(0, 1)
         return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
 
 

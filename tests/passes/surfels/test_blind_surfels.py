@@ -1,6 +1,6 @@
 """Surfels lie where light goes from surface to surface, not outside of rooms and within walls.
 
-What sees nothing is found by `passes/surfel_sees.frag`.
+What sees nothing is found by `passes/surfel_surroundings.frag`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Light that goes through a louvre from slat to slat is as by surfels much finer than slats.
 
-What slats see of each other is found by `passes/surfel_sees.frag`.
+What slats see of each other is found by `passes/surfel_surroundings.frag`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Rays of surfels start beside what lies flat on them or close before them, not behind it.
 
-What lies there is found by `passes/surfel_covers.frag`.
+What lies there is found by `passes/surfel_surroundings.frag`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What metal and polish send on, by directions, in the surface cache.
 
-`rays/surfel_lobes.glsl` and `rays/quarter_sums.glsl`, by way of `passes/surfel_quarters.frag`,
+`rays/surfel_lobes.glsl` and `rays/quarter_sums.glsl`, by way of `passes/surfel_sum.frag`,
 `passes/surfel_mirrored.frag` and `passes/surfel_rest.frag`.
 """
 
