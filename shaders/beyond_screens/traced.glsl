@@ -135,10 +135,7 @@ void reflect_on(inout MirrorPath path, Surface met, vec2 u)
 bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, float roughness,
                   uint index, out vec3 radiance)
 {
-    vec3 to_point = u_ns_from_vs * (p_vs * u_ns_per_unit);
-    vec3 viewing = viewing_direction(to_point, u_ns_from_vs * AHEAD_VS);
-    vec3 start = ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs, viewing,
-                           GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
+    vec3 start = ray_start_vs(p_vs, geometric_vs);
     MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0, density,
                                  LEAST_ROUGHNESS * roughness);
     uint seed = pixel_seed(ivec2(gl_FragCoord.xy));

@@ -53,11 +53,7 @@ void main()
     if (c.point.w == 0.0)
         return;
     vec3 n_vs = oct_unproject(probe_square(c.point.w));
-    vec3 to_point = u_ns_from_vs * (c.point.xyz * u_ns_per_unit);
-    vec3 start = ray_start(u_eye_ns + to_point, u_ns_from_vs * n_vs,
-                           viewing_direction(to_point, u_ns_from_vs * AHEAD_VS),
-                           GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
     vec2 u = random_2d(0u, pixel_seed(c.probe * PROBE_SIDE + c.cell), 0u, false);
     vec3 w_vs = frame_from_z(n_vs) * probe_direction((vec2(c.cell) + u) / float(PROBE_SIDE));
-    o_radiance = traced(start, u_ns_from_vs * w_vs);
+    o_radiance = traced(ray_start_vs(c.point.xyz, n_vs), u_ns_from_vs * w_vs);
 }

@@ -33,7 +33,7 @@ void main()
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
     mat3 frame = frame_from_z(n_vs);
-    LitPoint at = lit_point(own_rays_start(p_vs, geometric_vs), u_ns_from_vs * n_vs);
+    LitPoint at = lit_point(ray_start_vs(p_vs, geometric_vs), u_ns_from_vs * n_vs);
     bool is_edge = texelFetch(t_numbers, texel, 0).x < 0;
     int ray_count = number_of_rays(texel);
     uint first = first_point(texel / u_receiver_stride, ray_count);

@@ -89,7 +89,7 @@ void main()
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
     mat3 frame = frame_from_z(n_vs);
-    LitPoint at = lit_point(own_rays_start(p_vs, geometric_vs), u_ns_from_vs * n_vs);
+    LitPoint at = lit_point(ray_start_vs(p_vs, geometric_vs), u_ns_from_vs * n_vs);
     Guide guide = guide_at(texel, p_vs, n_vs);
     uint first = first_point(texel, ray_count);
     Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);

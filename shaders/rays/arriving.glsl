@@ -15,16 +15,7 @@ struct Arriving {
     float blocked_sky;
 };
 
-// Where the rays of the surface point `p_vs` start, normalised.
-vec3 own_rays_start(vec3 p_vs, vec3 geometric_vs)
-{
-    vec3 to_point = u_ns_from_vs * (p_vs * u_ns_per_unit);
-    return ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs,
-                     viewing_direction(to_point, u_ns_from_vs * AHEAD_VS),
-                     GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
-}
-
-// Along w_vs, or mirrored to above the facet of a smooth shape, as SSDO does; `at` is where own_rays_start
+// Along w_vs, or mirrored to above the facet of a smooth shape, as SSDO does; `at` is where ray_start_vs
 // and the shading normal say. With bright pieces it is one of `ray_count`, drawn 1 / `weight` times as
 // often as by the cosine, and of what other rays are aimed at it brings its part alone.
 void add_ray(inout Arriving sums, LitPoint at, vec3 w_vs, vec3 geometric_vs, float weight, int ray_count)

@@ -105,6 +105,15 @@ vec3 ray_start(vec3 p, vec3 geometric, vec3 w, float offset)
     return p + (geometric - w) * offset;
 }
 
+// Those that leave a surface in view where the G-buffer says that it is, by what that may be wrong.
+vec3 ray_start_vs(vec3 p_vs, vec3 geometric_vs)
+{
+    vec3 to_point = u_ns_from_vs * (p_vs * u_ns_per_unit);
+    return ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs,
+                     viewing_direction(to_point, u_ns_from_vs * AHEAD_VS),
+                     GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
+}
+
 // A triangle's unit normal, towards its front. The longest edge as unit keeps products
 // of small edges from underflowing.
 vec3 triangle_normal(vec3 a, vec3 b, vec3 c)

@@ -38,10 +38,7 @@ vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 // as long.
 Shaft shaft_toward(Light light, vec3 n_vs, float lift, ivec2 pixel)
 {
-    vec3 to_surface = u_ns_from_vs * (gbuffer_position_vs(pixel) * u_ns_per_unit);
-    vec3 apex = ray_start(u_eye_ns + to_surface, u_ns_from_vs * gbuffer_geometric_normal_vs(pixel),
-                          viewing_direction(to_surface, u_ns_from_vs * AHEAD_VS),
-                          GBUFFER_ERROR * length(to_surface) + RAY_OFFSET);
+    vec3 apex = ray_start_vs(gbuffer_position_vs(pixel), gbuffer_geometric_normal_vs(pixel));
     apex += u_ns_from_vs * (n_vs * (lift * u_ns_per_unit));
 #if LIGHT_FORM == FORM_PARALLEL
     mat3 frame = u_ns_from_vs * frame_from_z(light.place_vs);
