@@ -19,9 +19,8 @@ layout(location = 0) out vec4 o_irradiance;
 const uint DIMENSION_GROUP = 1u;
 const uint DIMENSION_LIGHT = 2u;  // two for each group
 const uint DIMENSION_TREE = 0x10000u;
-// The light of a lamp within so many sizes of a surfel changes across it: all points ask for it.
+// Of a surfel, how far away a body may be that rays spread by the cosine look for.
 const float NEAR_SIZES = 4.0;
-const int MOST_LOOKED_AT = 16;  // emitters of a group
 
 // Of the points, which lie in 4 x 4 cells, number i in an order in which any few in turn are spread
 // over the surfel: a (0, 2)-sequence (Sobol 1967), mirrored by the bits of `flip`.
@@ -46,75 +45,6 @@ float surfel_size(ivec2 surfel)
     vec3 one = surfel_point(surfel, 15).position - surfel_point(surfel, 0).position;
     vec3 other = surfel_point(surfel, 12).position - surfel_point(surfel, 3).position;
     return sqrt(max(dot(one, one), dot(other, other)));
-}
-
-float squared_distance(Emitter e, vec3 p)
-{
-    bool is_surface = e.kind == EMITTER_PARALLELOGRAM || e.kind == EMITTER_TRIANGLE;
-    if (e.kind == EMITTER_MAP || !is_surface && light_form(e.kind - EMITTER_LIGHT) == FORM_PARALLEL)
-        return 1e30;
-    vec3 d = p - e.place;
-    if (is_surface) {
-        d -= clamp(dot(d, e.edge_u.xyz) / max(dot(e.edge_u.xyz, e.edge_u.xyz), 1e-30), 0.0, 1.0) * e.edge_u.xyz;
-        d -= clamp(dot(d, e.edge_v.xyz) / max(dot(e.edge_v.xyz, e.edge_v.xyz), 1e-30), 0.0, 1.0) * e.edge_v.xyz;
-    }
-    return dot(d, d);
-}
-
-bool is_near(EmitterGroup group, vec3 p, float reach)
-{
-    int stride = (group.count + MOST_LOOKED_AT - 1) / MOST_LOOKED_AT;
-    float least = 1e30;
-    for (int i = 0; i < group.count; i += stride) {
-        least = min(least, squared_distance(emitter_at(group.first + i), p));
-    }
-    return least < reach * reach;
-}
-
-// About how much light of a panel arrives; 0 only where none can.
-float panel_weight(Emitter e, RaySurface at)
-{
-    vec3 corner = e.place - at.start;
-    vec3 u = e.edge_u.xyz;
-    vec3 v = e.edge_v.xyz;
-    vec3 normal = cross(u, v);
-    float height = -dot(corner, normal) * inversesqrt(max(dot(normal, normal), 1e-30));
-    height = e.two_sided ? abs(height) : height;
-    float top = dot(corner, at.normal) + max(dot(u, at.normal), 0.0) + max(dot(v, at.normal), 0.0);
-    float near_2 = max(squared_distance(e, at.start), 1e-30);
-    float area = e.edge_v.w;
-    float sent = dot(e.power.rgb, vec3(1.0)) * area * height * inversesqrt(near_2);
-    return height > 0.0 && top > 0.0 ? sent / (near_2 + area) : 0.0;
-}
-
-// A point of a group. Of a body of few panels, as a box, it is on one that can light the surfel, if there
-// is any: next to its narrow side the others, which send more, do not.
-LightSample sample_of_group(EmitterGroup group, RaySurface at, vec2 choice, vec2 u)
-{
-    bool has_few = group.count > 1 && group.count <= MOST_LOOKED_AT;
-    int drawn = -1;
-    float weight = 0.0;
-    float total = 0.0;
-    float chance = choice.x;
-    for (int i = 0; i < (has_few ? group.count : 0); ++i) {
-        float more = panel_weight(emitter_at(group.first + i), at);
-        total += more;
-        float part = more / max(total, 1e-30);
-        bool takes = chance < part;
-        drawn = takes ? group.first + i : drawn;
-        weight = takes ? more : weight;
-        // What is left of the number is one again.
-        chance = takes ? chance / max(part, 1e-30) : (chance - part) / max(1.0 - part, 1e-7);
-        chance = clamp(chance, 0.0, 1.0 - FLOAT_EPSILON);
-    }
-    bool is_drawn = drawn >= 0;
-    drawn = is_drawn ? drawn : draw_emitter(group, choice.x);
-    LightSample light = sample_entry(drawn, choice, u, at.start);
-    // Its chance by power is divided out.
-    float by_power = emitter_texel(drawn, 1).w * total / max(weight, 1e-30);
-    light.radiance *= is_drawn ? by_power : has_few ? 0.0 : 1.0;
-    light.density /= is_drawn ? by_power : 1.0;
-    return light;
 }
 
 #if GLOW_IS_DIRECT
@@ -147,8 +77,6 @@ void main()
     int part = surfel.y / u_surfel_rows;
     surfel.y -= part * u_surfel_rows;
     uint seed = pixel_seed(surfel);
-    vec3 middle = surfel_point(surfel, 5).position;
-    float near_reach = NEAR_SIZES * surfel_size(surfel);
     int group_count = u_draws_groups ? 1 : u_emitter_group_count;
     vec4 sum = vec4(0.0);
 #if LOBES
@@ -158,8 +86,7 @@ void main()
     for (int g = 0; g < group_count; ++g) {
         EmitterGroup group = emitter_group(g);
         group.probability = 1.0;
-        bool asks_all = !u_draws_groups && u_samples < SURFEL_POINTS && is_near(group, middle, near_reach);
-        int samples = asks_all ? SURFEL_POINTS : max(u_samples, 1);
+        int samples = max(u_samples, 1);
         uint dimension = DIMENSION_LIGHT + 2u * uint(g);
         vec4 of_group = vec4(0.0);
         for (; i < samples; i += PART_COUNT) {
@@ -172,7 +99,7 @@ void main()
                 float chance = random_2d(uint(i), seed, DIMENSION_GROUP, false).x;
                 group = draw_emitter_group(chance);
             }
-            LightSample light = sample_of_group(group, at, choice, u);
+            LightSample light = sample_group(group, choice, u, at.start);
             vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
 #if GLOW_IS_DIRECT
             arriving = is_in_tree(group) ? vec3(0.0) : arriving;
@@ -194,6 +121,7 @@ void main()
         sum += of_group / float(samples);
     }
 #if GLOW_IS_DIRECT
+    float near_reach = NEAR_SIZES * surfel_size(surfel);
     for (int j = part; j < u_tree_samples; j += PART_COUNT) {
         RaySurface at = surfel_point(surfel, j % SURFEL_POINTS);
         LightSample light = sample_tree(at.start, at.normal,

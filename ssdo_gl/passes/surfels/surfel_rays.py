@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +17,7 @@ from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, Texture
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
-from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.rays import bvh_of, radius_ns, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.surfels.bounces import Bounces
 from ssdo_gl.passes.surfels.surfel_textures import (
     MOST_SURFELS,
@@ -44,8 +45,6 @@ STRIP_SHARE = 0.5
 SPARSE_SURFELS = 16384
 # There may be so many more at the edges of lamps.
 LAMP_SURFELS = 8192
-# As shaders/rays/ray.glsl says: twice as far as anything is away, normalised frame.
-RAY_FAR = 4.0
 
 
 class SurfelsPass(RenderPass):
@@ -90,7 +89,12 @@ class SurfelsPass(RenderPass):
             whole = cut()
             patches = patches_of(bvh)
             ways = cosine_ways(whole.normals)
-            seen = self._met(context, whole.positions, ways, np.full(ways.shape[:2], RAY_FAR))
+            seen = self._met(
+                context,
+                whole.positions,
+                ways,
+                np.full(ways.shape[:2], radius_ns(math.inf, context)),
+            )
             blind = blind_sides(whole, bvh, patches, *seen)
             slats = slat_faces(whole, patches, *seen)
             if blind.any() or slats.any():
