@@ -80,8 +80,7 @@ class BrightTablesPass(RenderPass):
         bright = bright_surfels(*_met(context.inputs["surfel_hits"], surfels.count), light)
         pieces = None
         if len(bright.numbers):
-            triangles = bvh_of(context).triangles
-            pieces = bright_pieces(bright, surfels.surfels.moved(triangles), triangles)
+            pieces = bright_pieces(bright, surfels.surfels.moved(bvh_of(context).triangles))
         return self._produced(context, Aims(surfels, pieces))
 
     def _produced(self, context: PassContext, aims: Aims) -> Produced:
