@@ -6,7 +6,7 @@
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
 // KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl): another pass has marched already;
-// HAS_OWN_RAYS 1: where there are per-pixel rays, their light takes the march's place;
+// HAS_OWN_RAYS 1: where there are per-pixel rays, their light takes the march's place; 2: everywhere;
 // SUMS_SENDERS 1: terms are added up at each sender (see lib/senders.glsl), not looked up.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
@@ -57,6 +57,7 @@ void main()
     if (is_known)
         irradiance = PI * texelFetch(t_own_near, own, 0).rgb;
 #endif
+#if HAS_OWN_RAYS < 2
     if (r.z_vs > 0.0 && !is_known && !is_radius_under_a_pixel(r.z_vs)) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if FINDS_SECTORS
@@ -81,6 +82,7 @@ void main()
         } while (++i < DIRECTION_COUNT);
 #endif
     }
+#endif
     irradiance *= u_strength;
 #if ADDS
     irradiance += texelFetch(t_added, pixel, 0).rgb;

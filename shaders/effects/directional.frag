@@ -11,8 +11,8 @@
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
 // HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
-// HAS_OWN_RAYS: per-pixel rays take the march's place where there are some; ALWAYS_MARCHES: there,
-// too, for the visibility;
+// HAS_OWN_RAYS 1: per-pixel rays take the march's place where there are some, 2: everywhere;
+// ALWAYS_MARCHES: there, too, for the visibility;
 // IS_OPEN (see screen_space/estimator.glsl); KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl).
 #define GATHERS_SENDERS 0
 #if HAS_OWN_RAYS && !ALWAYS_MARCHES
@@ -38,7 +38,9 @@ layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 #define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && SUMS_OPEN_LIGHT))
 
 // Where nothing blocks, the sampled light that corrects the exact one is what it corrects.
-const int HEMISPHERE_COUNT = IS_OPEN == 1 && CONTROL_VARIATE > 0 && !bool(HAS_FAR_FIELD) ? 0 : DIRECTION_COUNT;
+const bool NEEDS_NO_MARCH = IS_OPEN == 1 && CONTROL_VARIATE > 0 && !bool(HAS_FAR_FIELD)
+                         || HAS_OWN_RAYS == 2 && ALWAYS_MARCHES == 0;
+const int HEMISPHERE_COUNT = NEEDS_NO_MARCH ? 0 : DIRECTION_COUNT;
 
 // Sums over directions; pi times a sum of share * radiance is an irradiance.
 struct Gathered {

@@ -1,6 +1,6 @@
 // Looks up the light that per-pixel rays have gathered.
 //
-// HAS_OWN_RAYS: 0 leaves it out.
+// HAS_OWN_RAYS: 0 leaves it out; 2: every pixel has some, of this very frame.
 #include "screen_space/receiver.glsl"
 #include "lib/pixel_centre.glsl"
 
@@ -11,7 +11,6 @@ uniform isampler2D t_own_places;
 uniform sampler2D t_own_far;     // rgb: radiance of surfaces beyond R, a: open share of the sky
 uniform sampler2D t_own_near;    // rgb: radiance of surfaces within R, a: z_vs as centre_z_vs says
 uniform bool u_has_own_rays;
-uniform bool u_has_all_own_rays;  // every pixel, of this very frame
 
 // In footprints of a pixel. Frames of one view share their rays, and are moved a little
 // against each other: what was another surface then has none now. Both surfaces are taken where
@@ -43,8 +42,9 @@ ivec2 own_rays_of(Receiver r, ivec2 texel)
         return ivec2(-1);
     int columns = textureSize(t_own_near, 0).x;
     ivec2 place = ivec2(number % columns, number / columns);
-    if (u_has_all_own_rays)
-        return place;
+#if HAS_OWN_RAYS == 2
+    return place;
+#endif
     vec3 p_vs = position_vs_at(centre_uv(texel), texelFetch(t_own_near, place, 0).a);
     float height = abs(dot(p_vs - r.position_vs, r.geometric_vs));
     bool faces = dot(own_normal_vs(own.y), r.geometric_vs) > SAME_FACING;

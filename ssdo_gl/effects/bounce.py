@@ -23,7 +23,7 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
-from ssdo_gl.passes.own_lookup import OWN_RAYS, lookup_uniforms, tell_all
+from ssdo_gl.passes.own_lookup import OWN_RAYS, own_defines, own_uniforms, tell_all
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -146,7 +146,6 @@ class BouncePass(RenderPass):
             **defines(
                 settings, bool(back), settings.refinements, keeps_directions=takes_directions
             ),
-            "HAS_OWN_RAYS": int(has_own_rays),
             "ADDS": int(adds is not None),
             "SUMS_SENDERS": int(terms is not None),
             "GLOSSY": 0,
@@ -169,7 +168,13 @@ class BouncePass(RenderPass):
         return directions > 1.0 or not ESTIMATORS[self.settings.estimator].names_blockers
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.sender_bound, tuple(self._defines.items()), self._terms
+        return (
+            self.settings,
+            self.sender_bound,
+            self.reads,
+            tuple(self._defines.items()),
+            self._terms,
+        )
 
     def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
         """Return all that march and senders read, where per-pixel rays take their place."""
@@ -183,12 +188,16 @@ class BouncePass(RenderPass):
             context,
             context.shaders.fullscreen(
                 "effects/bounce.frag",
-                {**self._defines, **(self._terms or SenderTerms()).defines(context.inputs)},
+                {
+                    **self._defines,
+                    **own_defines(context),
+                    **(self._terms or SenderTerms()).defines(context.inputs),
+                },
                 ESTIMATORS[self.settings.estimator].choices,
             ),
             {
                 **uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
-                **lookup_uniforms(context),
+                **own_uniforms(context),
             },
             self._wiring,
         )

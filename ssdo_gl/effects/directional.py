@@ -35,7 +35,7 @@ from ssdo_gl.passes.far_probes import (
     probe_uniforms,
 )
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
-from ssdo_gl.passes.own_lookup import OWN_RAYS, lookup_uniforms, tell_all
+from ssdo_gl.passes.own_lookup import OWN_RAYS, own_defines, own_uniforms, tell_all
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -183,7 +183,6 @@ class DirectionalPass(RenderPass):
             ),
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
             "HAS_BAKED_OCCLUSION": int(has_baked_occlusion),
-            "HAS_OWN_RAYS": int(has_own_rays),
             "ALWAYS_MARCHES": int(always_marches or has_baked_occlusion),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
@@ -209,6 +208,7 @@ class DirectionalPass(RenderPass):
         area_count = sum(light.form is Form.AREA for light in lights)
         all_defines = {
             **self._defines,
+            **own_defines(context),
             "SSDO_AREA_COUNT": area_count,
             "SSDO_POINT_COUNT": len(lights) - area_count,
         }
@@ -223,7 +223,7 @@ class DirectionalPass(RenderPass):
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
                 **probe_uniforms(context),
-                **lookup_uniforms(context),
+                **own_uniforms(context),
             },
             self.reads,
         )

@@ -74,10 +74,10 @@ def own_uniforms(context: PassContext) -> dict[str, Any]:
     return {} if rays is None else {"u_has_own_rays": rays.is_known}
 
 
-def lookup_uniforms(context: PassContext) -> dict[str, Any]:
-    """Return the uniforms of ``lib/own_rays.glsl``, none where no pixel may have rays."""
-    known = own_uniforms(context)
-    return {**known, "u_has_all_own_rays": tell_all(context.facts)} if known else {}
+def own_defines(context: PassContext) -> dict[str, int]:
+    """Return the switch of ``lib/own_rays.glsl``."""
+    has_rays = OWN_RAYS[0] in context.facts
+    return {"HAS_OWN_RAYS": 2 if tell_all(context.facts) else int(has_rays)}
 
 
 def tell_all(facts: Mapping[str, object]) -> bool:
