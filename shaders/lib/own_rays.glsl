@@ -55,12 +55,14 @@ ivec2 own_rays_of(Receiver r, ivec2 texel)
 ivec2 own_rays_at(Receiver r, ivec2 texel)
 {
     ivec2 place = own_rays_of(r, texel);
+#if HAS_OWN_RAYS == 1
     ivec2 last = textureSize(t_own_places, 0) - 1;
-    for (int i = 0; i < 4 && place.x < 0 && u_has_own_rays && !u_has_all_own_rays; ++i) {
+    for (int i = 0; i < 4 && place.x < 0 && u_has_own_rays; ++i) {
         ivec2 beside = texel + BESIDE[i] * u_receiver_stride;
         if (clamp(beside, ivec2(0), last) == beside)
             place = own_rays_of(r, beside);
     }
+#endif
     return place;
 }
 #endif
