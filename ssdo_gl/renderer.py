@@ -93,7 +93,7 @@ class Renderer(FrameLoop):
         seconds : float
             Time of an animated scene.
         frames : int
-            Frames that are timed. With more than one, a warm-up frame comes first
+            Frames that are timed. With more than one, warm-up frames come first
             and every frame recomputes all that depends on the view.
         time_passes : bool
             Time every pass, too.
@@ -120,11 +120,7 @@ class Renderer(FrameLoop):
                 if progress and count > 1:
                     progress("anti-aliasing frames", index + 1, count)
         if frames > 1 and not average.is_interrupted:
-            log.restart()
-            for number in range(1, frames + 1):
-                frame = self._frame(job.view, 0, count, number)
-                self._run(job.plan, frame, log, time_passes, progress)
-                job.check_whole()
+            self._time_frames(job, log, count, frames, time_passes, progress)
         return RenderResult(
             images=centres | average.images(),
             view=job.view,
@@ -141,6 +137,23 @@ class Renderer(FrameLoop):
             camera=job.camera,
             metering_slack=self._slack,
         )
+
+    def _time_frames(
+        self,
+        job: FrameJob,
+        log: FrameLog,
+        count: int,
+        frames: int,
+        time_passes: bool,
+        progress: ProgressCallback | None,
+    ) -> None:
+        """Draw frames that compute a view again; for the first, programs are compiled for that."""
+        for number in range(frames + 1):
+            if number == 1:
+                log.restart()
+            frame = self._frame(job.view, 0, count, number + 1)
+            self._run(job.plan, frame, log, time_passes, progress)
+            job.check_whole()
 
     def expose(
         self,

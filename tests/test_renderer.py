@@ -86,10 +86,14 @@ def test_renderers_do_not_disturb_each_other():
         assert first.device.gl.error == second.device.gl.error == "GL_NO_ERROR"
 
 
-def test_timed_frames_recompute_what_depends_on_the_view():
+def test_timed_frames_recompute_what_depends_on_the_view(monkeypatch):
     with Renderer(ssdo_gl.load_scene("corner"), SMALL) as renderer:
+        run, drawn = renderer._run, []
+        monkeypatch.setattr(renderer, "_run", lambda *rest: (drawn.append(1), run(*rest))[1])
         result = renderer.render(frames=3, time_passes=True)
     assert len(result.frame_ms) == 3
+    # One makes what is kept, another compiles what computes a view again.
+    assert len(drawn) == 2 + 3
     times = {row.name: row.gpu_ms for row in result.passes if row.ran}
     assert times["gbuffer"] > 0.0
     assert result.setup_ms > 0.0

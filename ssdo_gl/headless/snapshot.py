@@ -251,12 +251,10 @@ def _print_summary(
     method = settings.method
     if METHODS[method].estimators:
         method += f" ({settings.chosen_estimator})"
-    console.print(
-        escape(
-            f"{where}{width}x{height}, {method}, R = {settings.radius:.4g},"
-            f" {frame['median']:.1f} ms a frame (first: {result.setup_ms:.0f} ms)"
-        )
-    )
+    times = f"{frame['median']:.1f} ms a frame (first: {result.setup_ms:.0f} ms)"
+    if result.frame_ms == (result.setup_ms,):
+        times = f"first frame: {result.setup_ms:.0f} ms"
+    console.print(escape(f"{where}{width}x{height}, {method}, R = {settings.radius:.4g}, {times}"))
     console.print(escape(f"passes: {' '.join(ran)}"))
     console.print(
         escape(

@@ -23,6 +23,16 @@ def test_a_picture_is_written_and_described(tmp_path, capsys):
         assert expected in said
 
 
+def test_the_only_frame_is_not_said_to_be_usual(tmp_path, capsys):
+    """All that is made once is in its time."""
+    out = ["--snapshot", str(tmp_path / "a.npz"), "--method", "ssdo", *SMALL]
+    assert main([scene_file(tmp_path), *out]) == 0
+    said = capsys.readouterr().out
+    assert ", first frame: " in said and "ms a frame" not in said
+    assert main([scene_file(tmp_path), *out, "--frames", "2"]) == 0
+    assert "ms a frame (first: " in capsys.readouterr().out
+
+
 def test_passes_of_all_frames_of_a_picture_are_named(tmp_path, capsys):
     """What the first of its frames has made, the others keep."""
     said = []
