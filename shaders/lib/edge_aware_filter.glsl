@@ -44,6 +44,9 @@ uniform sampler2D t_light;     // r: a pixel's light, g: the variance of that
 uniform float u_noise_tolerance;  // squared differences of light, in the variance of both
 uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
 uniform float u_value_bound;   // larger values are faults, not light
+#if IS_OF_GLOSS
+uniform sampler2D t_gloss;     // a: roughness
+#endif
 
 bool holds_z(int signal)
 {
@@ -72,7 +75,9 @@ vec4 value_at(int signal, ivec2 pixel)
 // Distance of octahedral codes, 2 across the square, at which normals have nothing in
 // common. cos^8 of the decoded angle gives the same errors to 1 %.
 const float NORMAL_REACH = 0.8;
-const float PER_REACH_2 = 1.0 / (NORMAL_REACH * NORMAL_REACH);
+// The same of gloss, in widths of the lobe, of mirrors at least that of GGX with this alpha.
+const float LOBE_REACH = 1.5;
+const float LEAST_ALPHA = 1e-3;
 
 // How much deeper or less deep than the centre, in footprints of a pixel, a tap counts a quarter, where
 // pixels have rays: along a surface seen at a grazing angle the next one is far away, in other light.
@@ -95,6 +100,7 @@ struct Centre {
     ivec2 texel;
     bool is_edge;       // it traces many rays
     vec2 shading_code;  // octahedral
+    float per_turn_2;   // 1 / the square of the reach of normals
     // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
     // tolerances of the centre.
     vec3 rate;
@@ -137,6 +143,13 @@ Centre centre_at(ivec2 texel, float z)
     c.light = vec2(0.0);
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
     c.shading_code = normals.xy;
+    float reach = NORMAL_REACH;
+#if IS_OF_GLOSS
+    // What a lobe reflects changes where normals turn by its width.
+    float roughness = texelFetch(t_gloss, texel, 0).a;
+    reach = min(reach, LOBE_REACH * max(roughness * roughness, LEAST_ALPHA));
+#endif
+    c.per_turn_2 = 1.0 / (reach * reach);
     vec3 geometric = oct_decode(normals.zw);
     c.per_footprint = 1.0 / pixel_height_at(z);
     c.per_depth = c.per_footprint / (DEEP * float(STRIDE));
@@ -173,7 +186,7 @@ float same_surface(Centre c, ivec2 texel, vec2 away, float z)
     // degrees, next to nothing from 50 on. Never 0: where all taps face elsewhere (a ledge
     // thinner than a pixel of a half-size image), they are still the best that is known.
     vec2 turn = 2.0 * (texelFetch(t_normals_vs, texel, 0).xy - c.shading_code);
-    float agree = max(1.0 - dot(turn, turn) * PER_REACH_2, 0.0);
+    float agree = max(1.0 - dot(turn, turn) * c.per_turn_2, 0.0);
     weight *= max(agree * agree, 1e-3);
 #endif
     return z > 0.0 ? weight : 0.0;

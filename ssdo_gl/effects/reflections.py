@@ -45,9 +45,6 @@ from ssdo_gl.settings.fields import setting
 
 # Up to this roughness a march finds what lies beyond R, and mirrors show what surfaces reflect.
 SMOOTH = 0.4
-# How wide a lobe is, times what normals turn by from pixel to pixel, in which rays leave as much
-# noise as the filter's blur; of glowing bodies points tell, too, with less.
-CURVE_WIDTHS = {False: 4, True: 2}
 # Where more panels glow, their highlights come by points and rays of the lobe, which is noisier.
 MOST_SUMMED = 128
 
@@ -200,13 +197,7 @@ class ReflectionsPass(RenderPass):
 
 
 class ReflectedRadiancePass(RenderPass):
-    """Writes `reflections`: rgb radiance towards the camera, a = 0.
-
-    Parameters
-    ----------
-    curve_width : int
-        In `CURVE_WIDTHS`; 0: filter images in what curves fast as others.
-    """
+    """Writes `reflections`: rgb radiance towards the camera, a = 0."""
 
     name = "reflected_radiance"
     WIRING: ClassVar[Mapping[str, str]] = {
@@ -220,15 +211,9 @@ class ReflectedRadiancePass(RenderPass):
     writes: Mapping[str, TextureSpec] = {"reflections": TextureSpec(4)}
     depends_on = ("view",)
 
-    def __init__(self, *, curve_width: int) -> None:
-        self._defines = {"CURVE_WIDTH": curve_width}
-
-    def settings_key(self) -> Hashable:
-        return tuple(self._defines.items())
-
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over what is glossy."""
-        program = context.shaders.fullscreen("effects/reflected_radiance.frag", self._defines)
+        program = context.shaders.fullscreen("effects/reflected_radiance.frag")
         frame = context.frame
         draw_inputs(context, program, frame.view.uniforms(), self.WIRING, frame.gloss_region)
 
@@ -282,8 +267,7 @@ class Reflections(Effect):
         yield item, "what the lobes of glossy surfaces take in"
         images = ("reflections_raw", "reflections_filtered")
         yield filtered(request, "reflections_filter", *images, is_of_gloss=True)
-        width = CURVE_WIDTHS[glows] if request.runs("surface_cache") else 0
-        yield ReflectedRadiancePass(curve_width=width), "what glossy surfaces reflect"
+        yield ReflectedRadiancePass(), "what glossy surfaces reflect"
 
     def sends(self, request: Request) -> bool:
         """Return that reflections are not sent on."""

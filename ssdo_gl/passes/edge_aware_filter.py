@@ -72,7 +72,8 @@ class Signal:
         last channel of a source of irradiance that does not hold it is visibility.
     is_of_gloss : bool
         The source holds 0 for the depth where a surface is not glossy: that counts for no
-        neighbour. The result holds anything outside the frame's `gloss_region`.
+        neighbour. Others count as far as the lobe is wide against what normals differ by. The
+        result holds anything outside the frame's `gloss_region`.
     """
 
     source: str
@@ -170,11 +171,13 @@ class EdgeAwareFilterPass(RenderPass):
         self.parts_edges = parts_edges
         says_edges = any(signal.holds_z for signal in signals)
         edges = OWN_RAYS[:1] if parts_edges and not says_edges else ()
+        gloss = ("gloss",) if any(signal.is_of_gloss for signal in signals) else ()
         light = () if self.levels is None else (self.levels.source,)
         times = () if factor is None else (factor,)
         sources = (signal.source for signal in signals)
-        self.reads = (*sources, "z_vs", "normals_vs", *edges, *light, *times)
-        self._textures = {f"t_{name}": name for name in ("z_vs", "normals_vs", *edges)}
+        of_surface = ("z_vs", "normals_vs", *edges, *gloss)
+        self.reads = (*sources, *of_surface, *light, *times)
+        self._textures = {f"t_{name}": name for name in of_surface}
         size = scale if leaves_last else 1.0
         self.writes = {
             signal.result: TextureSpec(1 if signal.is_visibility else 4, scale=size)

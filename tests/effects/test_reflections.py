@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from effects.glossy_floor import FLOOR, HEAD, SIZE, picture
-from scene_text import ball, box, constant_sky, lamp, light, material, quad
+from scene_text import ball, body, box, constant_sky, lamp, light, material, quad
 
 import ssdo_gl
 from ssdo_gl.scene.formats.toml import read_description
@@ -232,3 +232,23 @@ def test_a_mirror_averages_over_the_noise_of_the_pieces_that_it_shows():
         return float(np.sqrt(np.mean(np.square(steps))) / found.mean())
 
     assert unevenness(4) < 0.75 * unevenness(1)
+
+
+UNFILTERED = {"reflections_filter.filter": "none"}
+
+
+def test_what_a_pole_of_metal_reflects_is_filtered_along_it():
+    """Errors of .040 and .059 were measured, .134 and .135 without the filter, .116 and .110 when
+    nothing was filtered that curves fast across the pole."""
+    pole = body("cylinder", "steel", base=[0, -1, 0], top=[0, 2, 0], radius=0.25)
+    dark = quad([-1, -3, -9], [0, 8, 0], [0, 0, 18], "black")
+    steel = material("steel", 0.9, 0.9, 0.9, metallic=1.0, roughness=0.3)
+    scene = steel + material("black", 0, 0, 0) + constant_sky(1, 1, 1) + pole + dark
+
+    def drawn(seed, overrides):
+        return picture(scene, method="gi", seed=seed, overrides=overrides)[:, 28:36, 0]
+
+    many = {"reflections.lobe_samples": 64, **UNFILTERED}
+    true = np.mean([drawn(seed, many) for seed in range(6)], axis=0)
+    filtered = np.mean((drawn(11, {}) - true) ** 2)
+    assert filtered < 0.5 * np.mean((drawn(11, UNFILTERED) - true) ** 2)
