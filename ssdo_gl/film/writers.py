@@ -93,7 +93,7 @@ class _VideoWriter:
         except ImportError:
             raise OutputError(
                 f"{path}: {path.suffix} needs imageio-ffmpeg: pip install 'ssdo_gl[film]', "
-                "or choose .webp, .gif or .png"
+                "or choose .webp or .gif"
             ) from None
         try:
             self._program: str = imageio_ffmpeg.get_ffmpeg_exe()

@@ -37,7 +37,7 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.version import __version__
-from ssdo_gl.wording import printable
+from ssdo_gl.wording import counted, printable
 
 _BLACK = (
     "the picture is black: {dark}the camera sees nothing that light reaches"
@@ -292,18 +292,24 @@ def reference_text(statistics: Mapping[str, Any]) -> str:
         for resource, error in statistics["standard_error"].items()
     )
     partial = " (interrupted: partial)" if statistics["partial"] else ""
-    return f"{statistics['spp']} samples per pixel{partial}, standard error {errors}"
+    return f"{counted(statistics['spp'], 'sample')} per pixel{partial}, standard error {errors}"
 
 
 def missed_bounds(result: RenderResult) -> list[str]:
-    """Return a line for each reference that ended above the error it was to stay below."""
+    """Return a line for each reference that is not known to have met its error bound."""
     bound = result.settings.max_error
     if bound is None or not result.settings.is_reference or result.partial:
         return []
-    return [
-        f"{name}: relative standard error {100.0 * error:.3g} % of {resource} after "
-        f"{statistics['spp']} samples per pixel, --max-error asked for {100.0 * bound:.3g} %"
-        for name, statistics in result.references.items()
-        for resource, error in statistics["relative_standard_error"].items()
-        if error is not None and error > bound
-    ]
+    lines = []
+    for name, statistics in result.references.items():
+        for resource, error in statistics["relative_standard_error"].items():
+            # Of more than one sample it is unknown only where there is no surface to err.
+            if statistics["spp"] > 1 if error is None else error <= bound:
+                continue
+            said = "unknown" if error is None else f"{100.0 * error:.3g} %"
+            lines.append(
+                f"{name}: relative standard error of {resource} is {said} after "
+                f"{counted(statistics['spp'], 'sample')} per pixel, --max-error asked for "
+                f"{100.0 * bound:.3g} %"
+            )
+    return lines

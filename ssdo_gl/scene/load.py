@@ -68,7 +68,8 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
         )
     if text and (path.suffix or "/" in text or "\\" in text or os.path.lexists(text[:1024])):
         valid = ", ".join((*scene_suffixes(), *model_suffixes()))
-        raise SceneError(f"{text[:200]}: expected a file ending in one of {valid}")
+        what = "is a folder: " if os.path.isdir(text[:1024]) else ""
+        raise SceneError(f"{text[:200]}: {what}expected a file ending in one of {valid}")
     shown = text if len(text) <= 60 else f"{text[:57]}..."
     raise SceneError(f"no built-in scene is called {shown!r}{suggestion(text, names)}")
 

@@ -96,6 +96,12 @@ def test_an_error_that_nobody_can_know_is_said_to_be_unknown(tmp_path, capsys, s
     assert main([*REFERENCE, "--spp", spp, "--snapshot", out, *TINY]) == 0
     said = capsys.readouterr().out
     assert ("visibility unknown" in said) == (spp == "1")
+    # A bound that nobody can say to be met is not.
+    assert main([*REFERENCE, "--spp", spp, "--max-error", "0.9", "--snapshot", out, *TINY]) == (
+        4 if spp == "1" else 0
+    )
+    missed = "relative standard error of visibility is unknown after 1 sample per pixel"
+    assert (missed in capsys.readouterr().err) == (spp == "1")
 
 
 @pytest.mark.parametrize("method", ["reference-ao", "reference-near", "reference-gi"])

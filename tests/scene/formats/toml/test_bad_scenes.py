@@ -222,7 +222,7 @@ def test_missing_files_and_unknown_names(error_of: ErrorOf, tmp_path: Path) -> N
     assert "did you mean 'cornell_meso'" in error_of("cornel_meso")
     assert "no built-in scene" in error_of("")
     assert "expected a file ending in one of .toml, .glb" in error_of("model.fbx")
-    assert "expected a file" in error_of(tmp_path)
+    assert "is a folder: expected a file" in error_of(tmp_path)
     folder = tmp_path / "folder.toml"
     folder.mkdir()
     assert "is a folder" in error_of(folder)
