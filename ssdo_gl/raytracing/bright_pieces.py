@@ -13,6 +13,7 @@ from ssdo_gl.raytracing.emitter_tree import EmitterTree, emitter_tree
 from ssdo_gl.raytracing.packed import unit_vectors
 from ssdo_gl.raytracing.surfel_points import POINTS_PER_SIDE
 from ssdo_gl.raytracing.torn_surfels import TornSurfels
+from ssdo_gl.raytracing.triangles import SceneTriangles
 
 # Rays are aimed at what sends more than so many times what rays meet in the mean, this left out,
 BRIGHT = 8.0
@@ -100,8 +101,10 @@ def bright_surfels(targets: IntArray, albedos: FloatArray, light: FloatArray) ->
     return BrightSurfels(numbers, sent[numbers], met[numbers].astype(np.float64))
 
 
-def bright_pieces(bright: BrightSurfels, surfels: TornSurfels) -> BrightPieces:
-    """Return the chosen ones of `surfels` as pieces to aim at."""
+def bright_pieces(
+    bright: BrightSurfels, surfels: TornSurfels, triangles: SceneTriangles
+) -> BrightPieces:
+    """Return the chosen ones of `surfels` as pieces to aim at, where their `triangles` are now."""
     chosen = bright.numbers
     points = surfels.positions[chosen].astype(np.float64)
     normals = unit_vectors(surfels.normals[chosen])
@@ -111,7 +114,14 @@ def bright_pieces(bright: BrightSurfels, surfels: TornSurfels) -> BrightPieces:
     axes = _axes(points, normal)
     middle = points.mean(axis=1)
     low, high = _extents(points - middle[:, None], axes)
-    # Points lie in the middles of 4 x 4 cells, about.
+    # Points lie in the middles of 4 x 4 cells, about; of many triangles that share a surfel they
+    # are too few to tell how far these reach.
+    sources = np.sort(surfels.sources[chosen], axis=1)
+    is_joined = (np.diff(sources, axis=1) > 0).sum(axis=1, keepdims=True) > 1
+    corners = triangles.positions[sources].reshape(len(chosen), -1, 3)
+    least, most = _extents(corners - middle[:, None], axes)
+    low = np.where(is_joined, np.minimum(low, least), low)
+    high = np.where(is_joined, np.maximum(high, most), high)
     pad = (high - low) / (2.0 * (POINTS_PER_SIDE - 1)) + ROUNDING
     low, high = low - pad, high + pad
     low[is_flat, 2], high[is_flat, 2] = 0.0, 0.0

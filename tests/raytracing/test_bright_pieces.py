@@ -66,7 +66,7 @@ def test_points_lie_within_the_parallelogram_or_the_box(mesh: Mesh, texel: float
     surfels = surfels_of(mesh, texel)
     every = np.arange(surfels.count)
     bright = BrightSurfels(every, np.ones(len(every)), np.ones(len(every)))
-    made = bright_pieces(bright, surfels)
+    made = bright_pieces(bright, surfels, surfels.triangles)
     is_flat = made.faces[:, 1] == 1
     assert is_flat.all() if len(mesh.triangles) == 12 else (~is_flat).sum() > 10
     for surfel, (first, count) in zip(every, made.faces, strict=True):

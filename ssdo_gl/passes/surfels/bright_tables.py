@@ -80,7 +80,8 @@ class BrightTablesPass(RenderPass):
         bright = bright_surfels(*_met(context.inputs["surfel_hits"], surfels.count), light)
         pieces = None
         if len(bright.numbers):
-            pieces = bright_pieces(bright, surfels.surfels.moved(bvh_of(context).triangles))
+            triangles = bvh_of(context).triangles
+            pieces = bright_pieces(bright, surfels.surfels.moved(triangles), triangles)
         return self._produced(context, Aims(surfels, pieces))
 
     def _produced(self, context: PassContext, aims: Aims) -> Produced:
