@@ -74,9 +74,10 @@ def cosine_ways(normals: NDArray[np.uint32]) -> FloatArray:
     normals : ndarray, shape (S, 16), uint32
         As in `Surfels`.
     """
-    # In another order than the points, which are spread over the surfel in the same way.
-    order = 7 * np.arange(POINT_COUNT) % POINT_COUNT
-    u = _stratified(np.random.default_rng(2), len(normals))[:, order]
+    # In turn, or all points that lie at one edge of a surfel would look the same way.
+    order = (7 * np.arange(POINT_COUNT) + np.arange(len(normals))[:, None]) % POINT_COUNT
+    u = _stratified(np.random.default_rng(2), len(normals))
+    u = np.take_along_axis(u, order[..., None], axis=1)
     height, angle = 2.0 * u[..., 0] - 1.0, 2.0 * np.pi * u[..., 1]
     radius = np.sqrt(1.0 - height**2)
     sphere = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
