@@ -37,17 +37,25 @@ void main()
     bool is_edge = texelFetch(t_numbers, texel, 0).x < 0;
     int ray_count = number_of_rays(texel);
     uint first = first_point(texel / u_receiver_stride, ray_count);
-    Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    Arriving sums = nothing_yet(n_vs);
     int i = 0;
     do {
         vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
         add_ray(sums, at, frame * cosine_hemisphere(u), geometric_vs, 1.0, ray_count);
     } while (++i < ray_count);
+#if ENVIRONMENT_KIND == 3
+    uint first_sky = first_point(texel / u_receiver_stride, u_sky_rays);
+    for (int j = 0; j < u_sky_rays; ++j) {
+        SkyRay ray = sky_ray(at, first_sky + uint(j));
+        float found = float(ray_count) * max(dot(ray.w, at.normal), 0.0) * INV_PI;
+        add_sky_ray(sums, at, ray, u_ns_from_vs * geometric_vs, found, ray_count);
+    }
+#endif
     float inverse = 1.0 / float(ray_count);
     vec3 far = inverse * sums.far;
     vec3 near = inverse * sums.near;
 #if BRIGHT_PIECES
-    Arriving aimed = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    Arriving aimed = nothing_yet(n_vs);
     uint first_aimed = first_point(texel / u_receiver_stride, u_aimed_rays);
     for (int j = 0; j < u_aimed_rays; ++j) {
         AimedRay ray = aimed_ray(at, first_aimed + uint(j), 1u);

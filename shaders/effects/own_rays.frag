@@ -39,9 +39,9 @@ const float SURE_RAYS = 3.0;
 // The share of the sky's light that arrives: as much as was found open, or all but what was found
 // blocked. That is exact where all is open, and falls below 0 where little is. An image may have most
 // of its light in one place, which few pixels' rays come upon: these bring that of the others, too.
-float open_share(Arriving sums, float open, vec3 n_vs, int ray_count)
+float open_share(Arriving sums, float open, int ray_count)
 {
-    float all = dot(environment_irradiance(direction_ws_of(n_vs)), vec3(INV_PI)) * float(ray_count);
+    float all = sums.all_sky * float(ray_count);
     float mostly_open = open * open * open * open;
     float arrived = mix(sums.open_sky, all - sums.blocked_sky, mostly_open);
     float share = all > 0.0 ? arrived / all : 0.0;
@@ -57,7 +57,7 @@ Arriving aimed_light(LitPoint at, vec3 geometric, mat3 frame, Guide guide, ivec2
 {
     mat3 own_from_ns = transpose(u_ns_from_vs * frame);
     uint first = first_point(texel, u_aimed_rays);
-    Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
     for (int i = 0; i < u_aimed_rays; ++i) {
         AimedRay ray = aimed_ray(at, first + uint(i), 1u);
         vec3 w = own_from_ns * ray.w;
@@ -92,7 +92,7 @@ void main()
     LitPoint at = lit_point(ray_start_vs(p_vs, geometric_vs), u_ns_from_vs * n_vs);
     Guide guide = guide_at(texel, p_vs, n_vs);
     uint first = first_point(texel, ray_count);
-    Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    Arriving sums = nothing_yet(n_vs);
     float brought = 0.0;
     float squares = 0.0;
     vec2 all = vec2(0.0);  // light of all rays, and its squares
@@ -105,9 +105,19 @@ void main()
         float of_ray = dot(sums.far + sums.near, vec3(1.0)) + sums.open_sky - all.x;
         all += of_ray * vec2(1.0, of_ray);
     }
+#if ENVIRONMENT_KIND == 3
+    mat3 own_from_ns = transpose(u_ns_from_vs * frame);
+    uint first_sky = first_point(texel, u_sky_rays);
+    for (int j = 0; j < u_sky_rays; ++j) {
+        SkyRay ray = sky_ray(at, first_sky + uint(j));
+        vec3 w = own_from_ns * ray.w;
+        float found = float(ray_count) * max(w.z, 0.0) * INV_PI * guided_share(guide, w);
+        add_sky_ray(sums, at, ray, u_ns_from_vs * geometric_vs, found, ray_count);
+    }
+#endif
     float bringing = brought * brought / max(squares, 1e-30);
     vec3 far = sums.far / float(ray_count);
-    float share = open_share(sums, guide.open, n_vs, ray_count);
+    float share = open_share(sums, guide.open, ray_count);
     o_near = vec4(sums.near / float(ray_count), centre_z_vs(texel, p_vs, geometric_vs));
     // What probes have missed few rays come upon, and bring much: dots, were it the pixel's alone.
     vec3 sky = INV_PI * environment_irradiance(direction_ws_of(n_vs));

@@ -9,7 +9,6 @@ from typing import ClassVar
 import moderngl
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.moving_rays import traces_in_motion
 from ssdo_gl.effects.near_field import receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Decision, Request
@@ -237,7 +236,7 @@ class FarField(Effect):
             yield BrightTablesPass(), "what is so bright that rays are aimed at it"
         features = replace(request.ray_features, glow_is_direct=request.runs("emitters"))
         sky = kind_of(request.scene.environment)
-        gives_way = traces_own(request) and traces_in_motion(settings, sky)
+        gives_way = traces_own(request) and settings.moving_rays > 0
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
         yield item, "radiance from beyond R, at probes"
         if traces_own(request):

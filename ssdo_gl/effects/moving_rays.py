@@ -29,14 +29,6 @@ LIGHT_FORMAT: tuple[int, Dtype] = (2, "f4")
 GUIDE_FRAMES, BRIEF_GUIDE_FRAMES = 16, 3
 
 
-def traces_in_motion(settings: FarFieldSettings, environment: EnvironmentKind) -> bool:
-    """Return whether pixels trace rays of their own while camera or bodies move.
-
-    A few rays do not find the lamps of a studio in an image of the sky.
-    """
-    return settings.moving_rays > 0 and environment != "map"
-
-
 class RayCounts(NamedTuple):
     """How many rays pixels trace."""
 
@@ -44,7 +36,7 @@ class RayCounts(NamedTuple):
     at_contacts: int
     at_outlines: int
     where_lost: int  # at most, where the last frame shows little of their surface
-    aimed: int  # at bright pieces
+    aimed: int  # at bright pieces, and as many at an image of the sky
     is_brief: bool  # few frames are averaged
 
 
@@ -109,6 +101,8 @@ def moving_rays(
         "u_sky": mean_radiance(frame.scene.environment),
         "u_receiver_stride": stride,
     }
+    if environment == "map":
+        uniforms["u_sky_rays"] = counts.aimed
     if pieces := pieces_of(context):
         uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": counts.aimed}
     textures = {**textures_of(context, reads), **bright_reads(context), "t_numbers": numbers}

@@ -116,7 +116,7 @@ class OwnRaysPass(RenderPass):
             *ray_reads(features, shades=True),
             *cache_tables(features),
             *(BRIGHT_TABLES if settings.aimed_rays else ()),
-            *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
+            *((MAP_RADIANCE, MAP_IRRADIANCE, "ray_map_cells") if environment == "map" else ()),
         )
 
     def settings_key(self) -> Hashable:
@@ -194,18 +194,10 @@ class OwnRaysPass(RenderPass):
         """Return how often rays are to follow each direction of the probes."""
         radiance = context.inputs[FAR_RADIANCE]
         guide = make_texture(context.gl, radiance.size, 4, "f4")
-        frame = context.frame
-        defines = {
-            "PROBE_SIDE": self.settings.directions,
-            "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
-        }
-        uniforms = {
-            **environment_uniforms(frame),
-            "u_sky": mean_radiance(frame.scene.environment),
-        }
-        image = (MAP_RADIANCE, MAP_IRRADIANCE) if self.environment == "map" else ()
-        reads = textures_of(context, (FAR_POINTS, FAR_RADIANCE, *image))
-        fill(context, [guide], "effects/own_guide.frag", defines, uniforms, reads)
+        side = {"PROBE_SIDE": self.settings.directions}
+        uniforms = {"u_sky": mean_radiance(context.frame.scene.environment)}
+        reads = textures_of(context, (FAR_POINTS, FAR_RADIANCE))
+        fill(context, [guide], "effects/own_guide.frag", side, uniforms, reads)
         return guide
 
     def _chosen(self, classes: NDArray[np.uint8]) -> tuple[NDArray[np.integer[Any]], int]:
@@ -235,8 +227,10 @@ class OwnRaysPass(RenderPass):
             **self._counts(context, rays),
             "u_sky": mean_radiance(frame.scene.environment),
         }
+        aimed_rays = math.ceil(self._times(context) * self.settings.aimed_rays)
+        if self.environment == "map":
+            uniforms["u_sky_rays"] = aimed_rays
         if pieces := pieces_of(context):
-            aimed_rays = math.ceil(self._times(context) * self.settings.aimed_rays)
             uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": aimed_rays}
         _, far, near, pixels, guide, light, rare, *aimed = rays.textures
         defines["BRIGHT_PIECES"] = len(aimed)

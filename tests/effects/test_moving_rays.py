@@ -11,7 +11,7 @@ import pytest
 import scene_text as text
 
 from ssdo_gl.effects import far_field, moving_light, moving_rays, own_rays
-from ssdo_gl.effects.moving_rays import ray_counts, traces_in_motion
+from ssdo_gl.effects.moving_rays import ray_counts
 from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.planning import averages
 from ssdo_gl.renderer import Renderer
@@ -133,13 +133,6 @@ def test_probes_go_on_where_lamps_change(drawn: list[str]) -> None:
         renderer.use_scene(darker)
         renderer.draw(("beauty",), camera=moved(4))
     assert set(drawn) == {"probes"}
-
-
-@pytest.mark.parametrize(
-    ("rays", "sky", "traces"), [(2, "none", True), (0, "none", False), (2, "map", False)]
-)
-def test_images_of_a_sky_leave_it_to_probes(rays: int, sky: Any, traces: bool) -> None:
-    assert traces_in_motion(FarFieldSettings(moving_rays=rays), sky) == traces
 
 
 def test_each_pixel_has_a_number_that_no_other_has(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -90,8 +90,7 @@ def test_the_guide_is_the_root_mean_square_of_a_cell_and_those_beside(gl, shader
     }
     guide = make_texture(gl, size, 4, "f4")
     target = make_framebuffer(gl, [guide])
-    defines = {"PROBE_SIDE": SIDE, "ENVIRONMENT_KIND": 0}
-    program = shaders.fullscreen("effects/own_guide.frag", defines)
+    program = shaders.fullscreen("effects/own_guide.frag", {"PROBE_SIDE": SIDE})
     draw_fullscreen(gl, program, target, {"u_sky": SKY}, textures)
     found = np.frombuffer(guide.read(), np.float32).reshape(size[1], size[0], 4)
     wanted = expected(chosen, far.astype(np.float64))
