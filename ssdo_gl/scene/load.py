@@ -120,8 +120,8 @@ def _guessed_up(path: Path, model: Model, builder: SceneBuilder) -> str:
     if kind.scan_up is None:
         if up == "z":
             builder.note(
-                f"up is +y, the custom of its format; if that is a side ({why}), up = z turns it"
+                f"up is +y, the custom of its format; if that is a side ({why}), --up z turns it"
             )
         return "y"
-    builder.note(f"up is +{up}, guessed ({why}): up = {'y' if up == 'z' else 'z'} turns it")
+    builder.note(f"up is +{up}, guessed ({why}): --up {'y' if up == 'z' else 'z'} turns it")
     return up

@@ -38,7 +38,7 @@ def cone(tmp_path: Path) -> Path:
 
 def test_a_cone_on_the_plane_z_stands_upright(cone: Path) -> None:
     scene = load_scene(cone)
-    assert any("up is +z, guessed (its flat foot): up = y turns it" in n for n in scene.notes)
+    assert any("up is +z, guessed (its flat foot): --up y turns it" in n for n in scene.notes)
     for choice, axis in (({}, 1), ({"up": "z"}, 1), ({"up": "y"}, 2)):
         points = load_scene(cone, **choice)
         mesh, item = points.meshes[0], points.objects[0]
@@ -72,7 +72,7 @@ def test_an_obj_that_seems_to_lie_is_drawn_as_it_is_and_said(
     lines += ["f {} {} {}".format(*t[:: 1 if said else -1]) for t in (cone.triangles + 1).tolist()]
     (tmp_path / "a.obj").write_text("\n".join(lines) + "\n")
     scene = load_scene(tmp_path / "a.obj")
-    hint = "up is +y, the custom of its format; if that is a side (its flat foot), up = z turns it"
+    hint = "up is +y, the custom of its format; if that is a side (its flat foot), --up z turns it"
     assert (hint in scene.notes) == said
     assert np.array_equal(scene.objects[0].world_from_object[0], np.eye(4))
 
