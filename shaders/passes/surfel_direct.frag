@@ -21,6 +21,7 @@ const uint DIMENSION_LIGHT = 2u;  // two for each group
 const uint DIMENSION_TREE = 0x10000u;
 // Of a surfel, how far away a body may be that rays spread by the cosine look for.
 const float NEAR_SIZES = 4.0;
+const int MOST_PANELS = 16;  // of a body that are looked at
 
 // Of the points, which lie in 4 x 4 cells, number i in an order in which any few in turn are spread
 // over the surfel: a (0, 2)-sequence (Sobol 1967), mirrored by the bits of `flip`.
@@ -45,6 +46,54 @@ float surfel_size(ivec2 surfel)
     vec3 one = surfel_point(surfel, 15).position - surfel_point(surfel, 0).position;
     vec3 other = surfel_point(surfel, 12).position - surfel_point(surfel, 3).position;
     return sqrt(max(dot(one, one), dot(other, other)));
+}
+
+// About how much light of a panel arrives; 0 only where none can.
+float panel_weight(Emitter e, RaySurface at)
+{
+    vec3 corner = e.place - at.start;
+    vec3 u = e.edge_u.xyz;
+    vec3 v = e.edge_v.xyz;
+    vec3 normal = cross(u, v);
+    float height = -dot(corner, normal) * inversesqrt(max(dot(normal, normal), 1e-30));
+    height = e.two_sided ? abs(height) : height;
+    float top = dot(corner, at.normal) + max(dot(u, at.normal), 0.0) + max(dot(v, at.normal), 0.0);
+    vec3 d = corner + clamp(-dot(corner, u) / max(dot(u, u), 1e-30), 0.0, 1.0) * u;
+    d += clamp(-dot(d, v) / max(dot(v, v), 1e-30), 0.0, 1.0) * v;
+    float near_2 = max(dot(d, d), 1e-30);
+    float area = e.edge_v.w;
+    float sent = dot(e.power.rgb, vec3(1.0)) * area * height * inversesqrt(near_2);
+    return height > 0.0 && top > 0.0 ? sent / (near_2 + area) : 0.0;
+}
+
+// A point of a group. Of a body of few panels, as a box, it is on one that can light the surfel, if there
+// is any: next to its narrow side the others, which send more, do not.
+LightSample sample_of_group(EmitterGroup group, RaySurface at, vec2 choice, vec2 u)
+{
+    bool has_few = group.count > 1 && group.count <= MOST_PANELS;
+    int drawn = -1;
+    float weight = 0.0;
+    float total = 0.0;
+    float chance = choice.x;
+    for (int i = 0; i < (has_few ? group.count : 0); ++i) {
+        float more = panel_weight(emitter_at(group.first + i), at);
+        total += more;
+        float part = more / max(total, 1e-30);
+        bool takes = chance < part;
+        drawn = takes ? group.first + i : drawn;
+        weight = takes ? more : weight;
+        // What is left of the number is one again.
+        chance = takes ? chance / max(part, 1e-30) : (chance - part) / max(1.0 - part, 1e-7);
+        chance = clamp(chance, 0.0, 1.0 - FLOAT_EPSILON);
+    }
+    bool is_drawn = drawn >= 0;
+    drawn = is_drawn ? drawn : draw_emitter(group, choice.x);
+    LightSample light = sample_entry(drawn, choice, u, at.start);
+    // Its chance by power is divided out.
+    float by_power = emitter_texel(drawn, 1).w * total / max(weight, 1e-30);
+    light.radiance *= is_drawn ? by_power : has_few ? 0.0 : 1.0;
+    light.density /= is_drawn ? by_power : 1.0;
+    return light;
 }
 
 #if GLOW_IS_DIRECT
@@ -99,7 +148,7 @@ void main()
                 float chance = random_2d(uint(i), seed, DIMENSION_GROUP, false).x;
                 group = draw_emitter_group(chance);
             }
-            LightSample light = sample_group(group, choice, u, at.start);
+            LightSample light = sample_of_group(group, at, choice, u);
             vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
 #if GLOW_IS_DIRECT
             arriving = is_in_tree(group) ? vec3(0.0) : arriving;

@@ -151,6 +151,20 @@ def test_few_rays_to_long_lamps_come_from_all_of_their_length(device, shaders) -
     assert ends[0] == pytest.approx(ends[1], rel=0.03)
 
 
+def test_the_narrow_sides_of_a_box_light_the_wall_that_it_hangs_on(device, shaders) -> None:
+    """Its front, which few rays are spared from, does not."""
+    room = Mesh(2.0 * box().positions, box().triangles[:, ::-1])
+    plate = placed(box(), (0.02, 0.6, 0.6), (-0.99, 0.0, 0.0))
+    black, lamp = Material(albedo=(0.0,) * 3), Material(albedo=(0.0,) * 3, emission=(1.0,) * 3)
+    scene = Scene((room, plate), (black, lamp), (SceneObject(0, 0), SceneObject(1, 1)), CAMERA)
+    filled = fill(device, shaders, scene)
+    x, y, z = filled.positions.T
+    beside = (np.abs(x + 1.0) < 1e-3) & (np.abs(y - 0.42) < 0.04) & (np.abs(z) < 0.25)
+    sees_it = beside & (np.abs(filled.points[..., 0] + 1.0).max(axis=1) < 1e-3)
+    # Where panels were drawn by power alone, nine of 31 found it.
+    assert sees_it.sum() > 20 and (filled.direct[sees_it, 0] > 0.0).mean() > 0.9
+
+
 def placed(mesh: Mesh, size: tuple[float, ...], middle: tuple[float, ...]) -> Mesh:
     return Mesh(mesh.positions * size + np.array(middle), mesh.triangles)
 
