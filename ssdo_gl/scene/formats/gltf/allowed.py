@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, shown
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
+from ssdo_gl.settings.fields import shown
 
 EXACT, APPROXIMATE, NOT_DRAWN = "exact", "approximate", "not drawn"
 # What is not listed is unknown: skipped, unless the file requires it.

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, shown
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
 from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
+from ssdo_gl.settings.fields import shown
 
 # How many numbers a value of a property has; weights have one for each morph target.
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3, "weights": 0}

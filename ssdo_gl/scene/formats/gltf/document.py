@@ -19,6 +19,7 @@ from ssdo_gl.scene.decoders import DecoderError, MissingDecoderError, decoded_me
 from ssdo_gl.scene.files import contained_file, read_file
 from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
 from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.settings.fields import shown
 
 Json = dict[str, Any]
 
@@ -291,12 +292,6 @@ def _data_of(uri: str) -> bytes:
         return base64.b64decode(packed + b"=" * (-len(packed) % 4), validate=True)
     except binascii.Error:
         raise GltfError("a data: uri is not valid base64") from None
-
-
-def shown(value: object) -> str:
-    """Return a value of the file in at most 40 characters."""
-    text = str(value) if isinstance(value, (int, float)) else repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def numbers(data: Json, key: str, default: Sequence[float], where: str) -> FloatArray:

@@ -11,7 +11,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.gltf.document import Json, number, numbers, shown
+from ssdo_gl.scene.formats.gltf.document import Json, number, numbers
+from ssdo_gl.settings.fields import shown
 
 # Half a step of eight bits: exporters round, and no picture shows it.
 _UNSEEN = 1.0 / 512.0

@@ -7,11 +7,12 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, vector
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import Light, kind_of_gltf
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
+from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.settings import LONGEST, SHORTEST
 
 
