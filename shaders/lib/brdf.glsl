@@ -10,10 +10,10 @@
 // the cosine at w_in, because all who ask go on to integrate over directions of it.
 #include "lib/constants.glsl"
 #include "lib/sampling.glsl"
+#include "lib/gloss_image.glsl"
 
 uniform sampler2D t_albedo;  // of the G-buffer; a: 1 on surfaces, 0 elsewhere
 #if GLOSSY
-uniform sampler2D t_gloss;   // rgb: reflectance at normal incidence, a: roughness
 uniform sampler2D t_finish;  // r: reflectance at grazing incidence, g: baked visibility
 // What facets reflect once of even light. x: view, y: roughness; rg: shares of f0 and f90 by
 // the view's cosine, b: their sum by another scale

@@ -23,6 +23,7 @@
 // convolved with a box of 2 TAP_RADIUS - 2, which is symmetric about the pixel.
 #include "lib/finite.glsl"
 #include "lib/gbuffer.glsl"
+#include "lib/gloss_image.glsl"
 
 #define STAGE_SEPARABLE 0
 #define STAGE_UPSAMPLE 1
@@ -44,9 +45,6 @@ uniform sampler2D t_light;     // r: a pixel's light, g: the variance of that
 uniform float u_noise_tolerance;  // squared differences of light, in the variance of both
 uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
 uniform float u_value_bound;   // larger values are faults, not light
-#if IS_OF_GLOSS
-uniform sampler2D t_gloss;     // a: roughness
-#endif
 
 bool holds_z(int signal)
 {
