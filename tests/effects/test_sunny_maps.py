@@ -34,13 +34,20 @@ CUBE = "".join(f"v {i >> 2} {i >> 1 & 1} {i & 1}\n" for i in range(8)) + "".join
 MAP = text.table("environment", kind="map", path="sunny.exr", rotation_y=20)
 
 
+def write_sky(
+    path: Path, radiance: float, lamp: tuple[slice, slice], of_lamp: float, *, rows: int
+) -> None:
+    """Write an image of an even sky with a lamp in it, twice as wide as it is high."""
+    image = np.full((rows, 2 * rows, 3), radiance, np.float32)
+    image[lamp] = of_lamp
+    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION}, {"RGB": image}) as file:
+        file.write(str(path))
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Return a folder with an image of a sky and its sun, and a scene that it lights."""
-    image = np.full((64, 128, 3), 0.5, np.float32)
-    image[22:24, 80:82] = 1500.0
-    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION}, {"RGB": image}) as file:
-        file.write(str(tmp_path / "sunny.exr"))
+    write_sky(tmp_path / "sunny.exr", 0.5, (slice(22, 24), slice(80, 82)), 1500.0, rows=64)
     (tmp_path / "scene.toml").write_text(MAP + BODIES)
     return tmp_path
 
@@ -106,10 +113,7 @@ def test_a_sky_in_place_of_a_bases_light_adds_no_sun(folder: Path) -> None:
 @pytest.fixture
 def studio(tmp_path: Path) -> Scene:
     """Return a box before a wall, under a lamp of an image that is too wide for a light."""
-    image = np.full((32, 64, 3), 0.05, np.float32)
-    image[7:13, 10:17] = 12.0
-    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION}, {"RGB": image}) as file:
-        file.write(str(tmp_path / "studio.exr"))
+    write_sky(tmp_path / "studio.exr", 0.05, (slice(7, 13), slice(10, 17)), 12.0, rows=32)
     wall = text.box([-3, 0, -1.2], [3, 2, -1], "grey")
     light = text.table("environment", kind="map", path="studio.exr", rotation_y=20)
     (tmp_path / "scene.toml").write_text(light + BODIES + wall)
