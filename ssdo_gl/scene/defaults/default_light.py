@@ -15,6 +15,7 @@ from ssdo_gl.scene.environment import (
     MapEnvironment,
     sun_apart,
     sun_note,
+    texels,
     turned_sun,
 )
 from ssdo_gl.scene.files import read_radiance_map
@@ -103,13 +104,8 @@ def soft_light(camera: Camera) -> tuple[GradientEnvironment, DirectionalLight]:
 
 def studio(camera: Camera) -> tuple[MapEnvironment, DirectionalLight]:
     """Return a room of soft boxes around the camera's point of view, and a key light."""
-    polar = (np.arange(_STUDIO_ROWS) + 0.5) * (np.pi / _STUDIO_ROWS)
-    azimuth = ((np.arange(_STUDIO_COLUMNS) + 0.5) / _STUDIO_COLUMNS - 0.5) * 2.0 * np.pi
-    polar, azimuth = np.meshgrid(polar, azimuth, indexing="ij")
-    up = np.cos(polar)
-    # The middle column looks along -z.
-    across = np.sin(polar)
-    directions = np.stack([across * np.sin(azimuth), up, -across * np.cos(azimuth)], axis=-1)
+    directions, _ = texels(_STUDIO_ROWS, _STUDIO_COLUMNS)
+    up = directions[..., 1]
     end = np.where(up >= 0.0, _STUDIO_ZENITH, _STUDIO_FLOOR)
     radiance = _STUDIO_HORIZON + (end - _STUDIO_HORIZON) * np.minimum(np.abs(up) * 3.0, 1.0)
     axes = _axes(camera)

@@ -11,6 +11,7 @@ from ssdo_gl.scene.environment.environment_kinds import (
     GradientEnvironment,
     MapEnvironment,
     kind_of,
+    texels,
 )
 from ssdo_gl.scene.environment.environment_light import irradiance, radiance_image
 from ssdo_gl.scene.environment.environment_lobes import lobe_levels

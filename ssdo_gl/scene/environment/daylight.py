@@ -14,7 +14,7 @@ import numpy as np
 
 from ssdo_gl.color import RGB_FROM_XYZ
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment, texels
 from ssdo_gl.scene.lights import DirectionalLight, Light
 
 SUN = "sun"
@@ -148,20 +148,10 @@ class SkyEnvironment(MapEnvironment):
 
 def sky(daylight: Daylight) -> SkyEnvironment:
     """Return the sky of a day; the sun is `Daylight.sun`."""
-    polar = (np.arange(_ROWS) + 0.5) * (np.pi / _ROWS)
-    azimuth = ((np.arange(_COLUMNS) + 0.5) / _COLUMNS - 0.5) * 2.0 * np.pi
-    polar, azimuth = np.meshgrid(polar[: _ROWS // 2], azimuth, indexing="ij")
-    # The middle column looks along -z.
-    level = np.sin(polar)
-    directions = np.stack(
-        [level * np.sin(azimuth), np.cos(polar), -level * np.cos(azimuth)], axis=-1
-    )
+    directions, size = texels(_ROWS, _COLUMNS, np.arange(_ROWS // 2))
     above = daylight.radiance(directions)
-    weight = level * np.cos(polar) * (np.pi / _ROWS) * (2.0 * np.pi / _COLUMNS)
-    sun = daylight.sun()
-    on_ground = np.einsum("rc,rck->k", weight, above) + np.multiply(
-        sun.irradiance, daylight.to_sun[1]
-    )
+    sunlight = np.multiply(daylight.sun().irradiance, daylight.to_sun[1])
+    on_ground = np.einsum("rc,rck->k", size * directions[..., 1], above) + sunlight
     image = np.concatenate([above, np.broadcast_to(GROUND_ALBEDO / np.pi * on_ground, above.shape)])
     return SkyEnvironment(image.astype(np.float32), name="sky", daylight=daylight)
 

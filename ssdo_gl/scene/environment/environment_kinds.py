@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.numbers import light_numbers
@@ -135,3 +135,19 @@ def kind_of(environment: Environment | None) -> EnvironmentKind:
     if isinstance(environment, ConstantEnvironment):
         return "constant"
     return "gradient" if isinstance(environment, GradientEnvironment) else "map"
+
+
+def texels(
+    height: int, width: int, rows: IntArray | None = None, columns: IntArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return unit vectors (R, C, 3) to texels of a map, some of them or all, and solid angles."""
+    rows = np.arange(height) if rows is None else rows
+    columns = np.arange(width) if columns is None else columns
+    azimuth = 2.0 * np.pi * ((columns + 0.5) / width - 0.5)
+    polar = np.pi * (rows[:, None] + 0.5) / height
+    y = np.broadcast_to(np.cos(polar), (len(rows), len(columns)))
+    directions = np.stack(
+        [np.sin(polar) * np.sin(azimuth), y, -np.sin(polar) * np.cos(azimuth)], -1
+    )
+    edges = np.cos(np.pi * rows / height) - np.cos(np.pi * (rows + 1) / height)
+    return directions, np.broadcast_to(edges[:, None] * (2.0 * np.pi / width), y.shape)

@@ -13,6 +13,7 @@ from ssdo_gl.scene.environment.environment_kinds import (
     Environment,
     GradientEnvironment,
     MapEnvironment,
+    texels,
 )
 
 # Larger maps are averaged down, smaller ones divided up, to this grid of patches. Of a
@@ -39,9 +40,7 @@ def radiance_image(environment: Environment) -> FloatArray:
     if isinstance(environment, ConstantEnvironment):
         return np.array(environment.radiance, dtype=np.float64).reshape(1, 1, 3)
     if isinstance(environment, GradientEnvironment):
-        polar = (np.arange(_GRADIENT_ROWS) + 0.5) * (np.pi / _GRADIENT_ROWS)
-        direction = np.stack([np.sin(polar), np.cos(polar), np.zeros_like(polar)], axis=1)
-        return np.repeat(environment.sample(direction)[:, None], 4, axis=1)
+        return np.repeat(environment.sample(texels(_GRADIENT_ROWS, 1)[0]), 4, axis=1)
     return environment.world_image()
 
 

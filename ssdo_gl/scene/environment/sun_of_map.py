@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.environment.daylight import SUN
-from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment, texels
 from ssdo_gl.scene.lights import DirectionalLight
 
 # Degrees about the brightest texel in which its light counts as the sun's: its disk of .53 degrees,
@@ -43,7 +43,7 @@ def sun_apart(
     height, width = image.shape[:2]
     level = image.mean(axis=2)
     row, column = np.unravel_index(level.argmax(), level.shape)
-    middle = _texels(height, width, row[None], column[None])[0][0, 0]
+    middle = texels(height, width, row[None], column[None])[0][0, 0]
     found = _bright_within(image, level, middle, _reach(height))
     larger = found
     while larger is not None and larger.is_cut and larger.reach * REACH_GROWTH <= LARGEST_REACH:
@@ -111,7 +111,7 @@ def _bright_within(
     margin = math.ceil(2.0 * reach / 180.0 * height)
     rows = slice(max(int(row) - margin, 0), int(row) + margin + 1)
     near, shown = image[rows].astype(np.float64), level[rows]
-    directions, size = _texels(height, width, np.arange(height)[rows], np.arange(width))
+    directions, size = texels(height, width, np.arange(height)[rows], np.arange(width))
     apart = np.degrees(np.arccos(np.clip(directions @ middle, -1.0, 1.0)))
     around = (apart > reach) & (apart <= 2.0 * reach)
     if not around.any():
@@ -148,21 +148,7 @@ def _irradiance(image: NDArray[np.float32], normal: FloatArray) -> float:
     """Return what arrives at a surface, all colours together, by some texels of an image."""
     height, width = image.shape[:2]
     rows, columns = (np.arange(0, n, max(n // _LEAST_ASKED, 1)) for n in (height, width))
-    directions, size = _texels(height, width, rows, columns)
+    directions, size = texels(height, width, rows, columns)
     level = image[np.ix_(rows, columns)].mean(axis=2, dtype=np.float64)
     share = (height * width) / level.size
     return float(share * np.sum(level * size * np.maximum(directions @ normal, 0.0)))
-
-
-def _texels(
-    height: int, width: int, rows: IntArray, columns: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return unit vectors (R, C, 3) to texels, as `MapEnvironment` has them, and solid angles."""
-    azimuth = 2.0 * np.pi * ((columns + 0.5) / width - 0.5)
-    polar = np.pi * (rows[:, None] + 0.5) / height
-    y = np.broadcast_to(np.cos(polar), (len(rows), len(columns)))
-    directions = np.stack(
-        [np.sin(polar) * np.sin(azimuth), y, -np.sin(polar) * np.cos(azimuth)], -1
-    )
-    edges = np.cos(np.pi * rows / height) - np.cos(np.pi * (rows + 1) / height)
-    return directions, np.broadcast_to(edges[:, None] * (2.0 * np.pi / width), y.shape)
