@@ -8,13 +8,12 @@ from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from ssdo_gl.farm.scheduler import FarmError, mapped
 from ssdo_gl.film.numbered import check_pattern, frame_paths, numbered_pattern
-from ssdo_gl.film.writers import ONE_FILE, film_writer
+from ssdo_gl.film.writers import ONE_FILE, FilmWriter, film_writer
 from ssdo_gl.gpu.held_signals import held_signals, whole_before_ctrl_c
-from ssdo_gl.headless.film_frames import EncodedFrame, FilmRequest, FrameMaker, open_frame_maker
+from ssdo_gl.headless.film_frames import EncodedFrame, FilmRequest, FrameMaker
 from ssdo_gl.headless.snapshot import print_notes
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.options.run_options import FRAMES_PER_SECOND
@@ -59,9 +58,9 @@ def make_film(request: FilmRequest) -> FilmOutcome:
     """
     check_film(request.out, request.wanted, resume=request.resume)
     pattern = numbered_pattern(request.out, ONE_FILE)
-    store: _Store = _OneFile(request) if pattern is None else _NumberedFiles(request, pattern)
+    writer = film_writer(request.out, request.shots.fps) if pattern is None else None
     start = time.perf_counter()
-    indices = [n for n in request.shots.indices if not (request.resume and store.has(n))]
+    indices = _indices_to_make(request, pattern)
     done = missed = 0
     try:
         with (
@@ -74,14 +73,15 @@ def make_film(request: FilmRequest) -> FilmOutcome:
                 if not (done or request.quiet):
                     print_notes(frame.notes)
                 with held_signals():
-                    store.add(frame)
+                    _keep(frame, writer)
                     done += 1
                 missed += _say_missed(frame)
                 if progress:
                     progress("frames", done, len(indices))
     except (KeyboardInterrupt, SystemExit, FarmError) as error:
         with held_signals():
-            store.finish()
+            if writer:
+                writer.finish()
         there = f"{request.out} has {done} of the {len(indices)} frames"
         there = there if done else "nothing was written"
         if isinstance(error, KeyboardInterrupt):
@@ -90,13 +90,36 @@ def make_film(request: FilmRequest) -> FilmOutcome:
             raise FarmError(f"{error}; {there}") from None
         raise
     except BaseException:
-        store.discard()
+        if writer:
+            writer.discard()
         raise
     with whole_before_ctrl_c(f"interrupted; {request.out} has all of the {len(indices)} frames"):
-        store.finish()
+        if writer:
+            writer.finish()
     if not request.quiet:
         _print_summary(request, len(indices), time.perf_counter() - start)
     return FilmOutcome(len(indices), missed)
+
+
+def _indices_to_make(request: FilmRequest, pattern: Path | None) -> Sequence[int]:
+    """Return the frames that are asked for, without those that ``--resume`` finds."""
+    if pattern is None or not request.resume:
+        return request.shots.indices
+    return [
+        index
+        for index in request.shots.indices
+        if not all(has_data(path) for path in frame_paths(pattern, index, request.wanted))
+    ]
+
+
+def _keep(frame: EncodedFrame, writer: FilmWriter | None) -> None:
+    """Append a frame to the film in one file, or write its files; each is whole, or not there."""
+    if writer:
+        assert frame.pixels is not None, "frames of a film in one file are pixels"
+        writer.add(frame.pixels)
+    for path, data in frame.files.items():
+        path.parent.mkdir(exist_ok=True)
+        write_atomically(path, data)
 
 
 def _frames(
@@ -107,9 +130,9 @@ def _frames(
         return
     task = request, pattern
     if request.scheduler is not None:
-        yield from mapped(request.scheduler, open_frame_maker, task, indices)
+        yield from mapped(request.scheduler, FrameMaker, task, indices)
         return
-    with closing(FrameMaker(request, pattern)) as maker:
+    with closing(FrameMaker(task)) as maker:
         for index in indices:
             yield maker.make(index)
 
@@ -129,60 +152,3 @@ def _print_summary(request: FilmRequest, count: int, seconds: float) -> None:
         f"{printable(str(request.out))}: {counted(count, 'frame')}{there}, {width}x{height}, "
         f"{request.settings.method}, {seconds:.1f} s"
     )
-
-
-class _Store(Protocol):
-    """Where rendered frames go."""
-
-    def has(self, index: int) -> bool:
-        """Return whether a frame is there already."""
-
-    def add(self, frame: EncodedFrame) -> None:
-        """Keep a frame."""
-
-    def finish(self) -> None:
-        """Put under its name what has been added."""
-
-    def discard(self) -> None:
-        """Forget what is not under its name yet."""
-
-
-class _NumberedFiles:
-    """Frames as ``--snapshot`` writes them; each is there whole, or not."""
-
-    def __init__(self, request: FilmRequest, pattern: Path) -> None:
-        self._request = request
-        self._pattern = pattern
-
-    def has(self, index: int) -> bool:
-        paths = frame_paths(self._pattern, index, self._request.wanted)
-        return all(has_data(path) for path in paths)
-
-    def add(self, frame: EncodedFrame) -> None:
-        for path, data in frame.files.items():
-            path.parent.mkdir(exist_ok=True)
-            write_atomically(path, data)
-
-    def finish(self) -> None:
-        pass
-
-    def discard(self) -> None:
-        pass
-
-
-class _OneFile:
-    def __init__(self, request: FilmRequest) -> None:
-        self._writer = film_writer(request.out, request.shots.fps)
-
-    def has(self, index: int) -> bool:
-        return False
-
-    def add(self, frame: EncodedFrame) -> None:
-        assert frame.pixels is not None, "frames of a film in one file are pixels"
-        self._writer.add(frame.pixels)
-
-    def finish(self) -> None:
-        self._writer.finish()
-
-    def discard(self) -> None:
-        self._writer.discard()

@@ -91,13 +91,13 @@ class FrameMaker:
 
     Parameters
     ----------
-    pattern : Path or None
-        Of the files of numbered frames; None: a film in one file.
+    task : tuple of FilmRequest and Path or None
+        With the pattern of the files of numbered frames; None: a film in one file.
     """
 
-    def __init__(self, request: FilmRequest, pattern: Path | None) -> None:
+    def __init__(self, task: tuple[FilmRequest, Path | None]) -> None:
+        request, self._pattern = task
         self._request = request
-        self._pattern = pattern
         self._wanted = resources_wanted(request.wanted, shows_pictures(request.out))
         self._renderer = Renderer(request.scene, request.settings, backend=request.backend)
         try:
@@ -138,11 +138,6 @@ class FrameMaker:
     def close(self) -> None:
         """Free the renderer."""
         self._renderer.release()
-
-
-def open_frame_maker(task: tuple[FilmRequest, Path | None]) -> FrameMaker:
-    """Return the maker of a worker."""
-    return FrameMaker(*task)
 
 
 def shows_pictures(out: Path) -> bool:
