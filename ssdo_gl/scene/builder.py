@@ -231,6 +231,8 @@ class SceneBuilder:
         if has_floor(self.surfaces) or is_room(self.surfaces, camera):
             return False
         part = main_part(self.surfaces)
+        if camera.position[1] < part.low[1]:
+            return False  # it would show nothing, and shade what is seen
         mesh, material = ground((part.low, part.high), environment, keys[0])
         self.meshes.append(mesh)
         self.objects.append(

@@ -118,10 +118,11 @@ def parallel(surfaces: Surfaces, camera: Camera, height: float | None) -> Camera
 
 
 def _front_of_sheet(surfaces: Surfaces) -> tuple[float, float] | None:
-    """Return azimuth and elevation from which something flat and upright is seen well.
+    """Return azimuth and elevation from which something flat is seen well.
 
-    None if the scene is not flat, or lies. The front is the one that the winding faces;
-    of a sheet with two fronts, or a thin body, the one towards +z or +x.
+    None if the scene is not flat, or lies face up. The front is the one that the winding
+    faces; of a sheet with two fronts, or a thin body, the one towards +z or +x. What lies on
+    its face is seen from below, where its back is not drawn.
     """
     total, area = np.zeros(3), 0.0
     squares = np.zeros((3, 3))
@@ -152,7 +153,8 @@ def _front_of_sheet(surfaces: Surfaces) -> tuple[float, float] | None:
     if facing < -0.5 or (abs(facing) <= 0.5 and upright[0] < 0.0):
         front = -front
     if np.hypot(front[0], front[2]) < 0.5:
-        return None
+        is_hidden = all(map(surfaces.is_single_sided, surfaces.objects)) and abs(facing) > 0.5
+        return (AZIMUTH_DEGREES, -ELEVATION_DEGREES) if is_hidden and front[1] < 0.0 else None
     azimuth = float(np.degrees(np.arctan2(front[0], front[2])))
     return azimuth + AZIMUTH_DEGREES, ELEVATION_DEGREES
 

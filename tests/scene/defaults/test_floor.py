@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from glb_writer import GlbWriter
 
 import ssdo_gl
 from ssdo_gl.renderer import Renderer
@@ -49,6 +50,16 @@ def test_no_ground_where_something_else_serves(box: Path) -> None:
     assert grounds(load_scene(box, light="file", ground="auto")) == 0
     assert grounds(load_scene(box, light="studio", ground="auto")) == 1
     assert load_scene("corner", light="studio").has_ground is False
+
+
+def test_no_ground_between_the_light_and_what_is_seen_from_below(
+    glb: GlbWriter, tmp_path: Path
+) -> None:
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"][0]["rotation"] = [2**-0.5, 0, 0, 2**-0.5]
+    scene = load_scene(glb.save(tmp_path / "on_its_face.glb"), ground="auto")
+    assert scene.camera.position[1] < 0.0
+    assert grounds(scene) == 0
 
 
 def test_a_cut_out_stands_on_nothing(box: Path) -> None:

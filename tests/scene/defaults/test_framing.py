@@ -19,6 +19,7 @@ from ssdo_gl.scene.defaults.framing import frame, side_coverage
 from ssdo_gl.scene.geometry import Surfaces, shapes
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.material import Material
 
 BOX = shapes.box()
 QUAD = shapes.quad()
@@ -135,6 +136,16 @@ def test_a_flat_scene_is_framed_too() -> None:
     camera = frame(Surfaces([QUAD], placed(np.eye(4))), 40.0, 0.0)
     assert np.isfinite(camera.position).all()
     assert np.abs(ndc(camera, QUAD.positions)).max() <= 1.0
+
+
+@pytest.mark.parametrize(("single_sided", "degrees"), [(True, 90.0), (False, 90.0), (True, -90.0)])
+def test_a_sheet_on_its_face_is_seen_from_the_side_that_is_drawn(
+    single_sided: bool, degrees: float
+) -> None:
+    matrix = math3d.rotation_euler((degrees, 0.0, 0.0))
+    sheet = Surfaces([QUAD], placed(matrix), [Material(single_sided=single_sided)])
+    y = frame(sheet, 40.0, 0.0).position[1]
+    assert (y < 0.0) == (single_sided and degrees > 0.0)
 
 
 def test_many_instances_are_framed_by_their_boxes() -> None:
