@@ -21,12 +21,10 @@ from ssdo_gl.bench.measure import (
     BenchRenderer,
     ErrorStore,
     Judged,
-    OpenRenderer,
     Point,
     describe_machine,
     fingerprint,
     judged_pixels,
-    opener,
     read_grid,
     scene_fingerprint,
     shader_fingerprint,
@@ -163,7 +161,7 @@ def run_bench(
             run = BenchRun(own, base, points, plan, quick, outdir, progress, camera, scheduler)
             run.leave_out_needless()
             try:
-                bench = run.measure(scene_source, machine, opener(device))
+                bench = run.measure(scene_source, machine)
             except KeyboardInterrupt:
                 raise KeyboardInterrupt(
                     f"interrupted; {outdir} keeps what was measured, and the same command goes on"
@@ -202,9 +200,7 @@ class BenchRun:
             self.points = [p for p in self.points if p not in needless]
             self.notes.append(f"gi is not measured, as nothing comes from beyond R: {reason}.")
 
-    def measure(
-        self, source: str, machine: Mapping[str, Any], open_renderer: OpenRenderer
-    ) -> Bench:
+    def measure(self, source: str, machine: Mapping[str, Any]) -> Bench:
         """Carry out every stage and return what was found."""
         clock = self._clock(machine)
         state = self._state()
@@ -238,7 +234,6 @@ class BenchRun:
             radius_px,
             self.quick,
             clock,
-            open_renderer,
             self.progress.steps,
         )
         bench = Bench(

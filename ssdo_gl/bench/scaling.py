@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.bench.bench_data import Series
-from ssdo_gl.bench.measure import BenchRenderer, OpenRenderer, Point
+from ssdo_gl.bench.measure import BenchRenderer, Point
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import GradientEnvironment
@@ -71,7 +71,6 @@ def measure_scaling(
     radius_px: float,
     quick: bool,
     clock: str,
-    open_renderer: OpenRenderer,
     report: ProgressCallback | None = None,
 ) -> list[Series]:
     """Time the default pipeline while one quantity varies.
@@ -80,8 +79,6 @@ def measure_scaling(
     ----------
     clock : str
         One of `CLOCKS`.
-    open_renderer : callable
-        Opens a renderer for another scene.
     radius_px : float
         The near field's mean radius on the screen at the base's settings.
     """
@@ -97,7 +94,7 @@ def measure_scaling(
         return lambda: (x, parts_of(renderer.split(changed, WANTED, FRAMES, clock)))
 
     def field(count: float) -> Job:
-        return lambda: _triangle_row(int(count), open_renderer, base, clock)
+        return lambda: _triangle_row(int(count), renderer, base, clock)
 
     sizes = [
         (max(1, round(base.size[0] * factor)), max(1, round(base.size[1] * factor)))
@@ -131,7 +128,7 @@ def measure_scaling(
 
 
 def _triangle_row(
-    wanted: int, open_renderer: OpenRenderer, base: Settings, clock: str
+    wanted: int, renderer: BenchRenderer, base: Settings, clock: str
 ) -> tuple[float, dict[str, float]]:
     """Return (triangles, milliseconds by part) of the generated field."""
     scene = sphere_field(wanted)
@@ -139,9 +136,9 @@ def _triangle_row(
     traced = dataclasses.replace(
         near, method="reference-ao", estimator=None, spp=REFERENCE_SPP, max_error=None
     )
-    with open_renderer(scene) as renderer:
-        row = parts_of(renderer.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
-        split = renderer.split(traced, ("visibility",), 2, clock)
+    with renderer.of_scene(scene) as other:
+        row = parts_of(other.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
+        split = other.split(traced, ("visibility",), 2, clock)
         rays = [ms for name, ms in split if name.startswith("reference")]
         row[f"{REFERENCE_SPP} rays a pixel"] = sum(rays) if rays else math.nan
     return float(scene.triangle_count), row

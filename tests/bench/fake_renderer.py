@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,12 @@ class FakeRenderer(MeasuresEach):
         self.interrupt_after = interrupt_after
         self.speed = speed
         self.split_clocks: set[str] = set()
+        self.others: list[Scene] = []
+
+    @contextmanager
+    def of_scene(self, scene: Scene) -> Iterator[FakeRenderer]:
+        self.others.append(scene)
+        yield FakeRenderer()
 
     def _count(self, kind: str, settings: Settings) -> None:
         if self.interrupt_after is not None and len(self.calls) >= self.interrupt_after:

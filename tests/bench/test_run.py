@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 
 import numpy as np
@@ -45,7 +44,7 @@ def run(tmp_path, renderer: FakeRenderer, monkeypatch, plan: BenchPlan = PLAN) -
     outdir.mkdir(exist_ok=True)
     progress = StageProgress(None, None)
     bench_run = BenchRun(renderer, BASE, POINTS, plan, False, outdir, progress)
-    return bench_run.measure("fake", MACHINE, lambda scene: contextlib.nullcontext(renderer))
+    return bench_run.measure("fake", MACHINE)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 
 import pytest
@@ -27,13 +26,8 @@ def test_passes_are_summed_by_part():
     }
 
 
-@contextlib.contextmanager
-def open_fake(scene):
-    yield FakeRenderer()
-
-
 def test_quick_keeps_both_ends():
-    series = scaling.measure_scaling(FakeRenderer(), BASE, 20.0, True, "wall", open_fake)
+    series = scaling.measure_scaling(FakeRenderer(), BASE, 20.0, True, "wall")
     counts = scaling.SAMPLE_COUNTS
     assert series[0].x == (counts[0], counts[2], counts[-1])
 
@@ -41,8 +35,7 @@ def test_quick_keeps_both_ends():
 def test_each_series_varies_one_quantity():
     renderer = FakeRenderer()
     series = {
-        item.name: item
-        for item in scaling.measure_scaling(renderer, BASE, 20.0, False, "wall", open_fake)
+        item.name: item for item in scaling.measure_scaling(renderer, BASE, 20.0, False, "wall")
     }
     assert set(series) == {"samples", "pixels", "radius", "triangles"}
     assert series["samples"].x == tuple(float(n) for n in scaling.SAMPLE_COUNTS)
@@ -60,14 +53,9 @@ def test_each_series_varies_one_quantity():
 
 
 def test_triangles_are_counted_as_they_are():
-    counts = []
-
-    @contextlib.contextmanager
-    def open_renderer(scene):
-        counts.append(scene.triangle_count)
-        yield FakeRenderer()
-
-    series = scaling.measure_scaling(FakeRenderer(), BASE, 20.0, True, "wall", open_renderer)[-1]
+    renderer = FakeRenderer()
+    series = scaling.measure_scaling(renderer, BASE, 20.0, True, "wall")[-1]
+    counts = [scene.triangle_count for scene in renderer.others]
     assert series.name == "triangles"
     assert series.x == tuple(float(n) for n in counts)
     assert len(counts) == scaling.QUICK_COUNT

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images, OpenRenderer, opener
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.measure.errors import (
     ERROR_FORMAT,
     ErrorStore,

@@ -7,14 +7,13 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.gpu.context import Device
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -55,6 +54,12 @@ class BenchRenderer:
         self.device = renderer.device
         self.device_name = renderer.device.renderer
         self.scene = renderer.scene
+
+    @contextmanager
+    def of_scene(self, scene: Scene) -> Iterator[BenchRenderer]:
+        """Yield a renderer of another scene on the same device."""
+        with Renderer(scene, device=self.device) as renderer:
+            yield BenchRenderer(renderer)
 
     def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
         """Return the images `wanted`, rendered once."""
@@ -111,23 +116,8 @@ class BenchRenderer:
         return tuple((row.name, row.gpu_ms) for row in result.passes if row.gpu_ms is not None)
 
 
-# Opens a renderer for a scene of its own.
-OpenRenderer = Callable[[Scene], AbstractContextManager[BenchRenderer]]
-
-
 def images_of_seed(
     renderer: BenchRenderer, seed: int, settings: Settings, wanted: Sequence[str]
 ) -> Images:
     """Return the images `wanted` with another seed than that of `settings`."""
     return renderer.images(dataclasses.replace(settings, seed=seed), wanted)
-
-
-def opener(device: Device) -> OpenRenderer:
-    """Return a function that opens a renderer for a scene on `device`."""
-
-    @contextmanager
-    def open_renderer(scene: Scene) -> Iterator[BenchRenderer]:
-        with Renderer(scene, device=device) as renderer:
-            yield BenchRenderer(renderer)
-
-    return open_renderer
