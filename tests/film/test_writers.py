@@ -1,8 +1,7 @@
-"""Films of a camera path: complete, in order, or not there at all."""
+"""Files of films: complete, in order, or not there at all."""
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from pathlib import Path
 
@@ -11,30 +10,16 @@ import pytest
 from PIL import Image
 
 from ssdo_gl.film import writers as film_files
-from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.writers import film_writer
-from ssdo_gl.gpu.context import Device
-from ssdo_gl.images.display import picture_of
 from ssdo_gl.images.files import OutputError
-from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings import Settings
-from ssdo_gl.window.film.job import ANTIALIAS, FilmJob
 
 SIZE = (31, 18)
-SETTINGS = Settings(size=SIZE, method="direct")
 RATE = 10.0
 
 
 def frames(count: int) -> list[np.ndarray]:
     """Pictures of one brightness each, so that their order can be told."""
     return [np.full((18, 31, 3), 20 * i + 10, np.uint8) for i in range(count)]
-
-
-def path() -> CameraPath:
-    scene = load_scene("cornell_meso")
-    moved = dataclasses.replace(scene.camera, position=(0.3, 0.1, 3.0))
-    return CameraPath().recorded(0.0, scene.camera).recorded(0.5, moved)
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".webp"])
@@ -188,45 +173,3 @@ def test_impossible_films_are_refused_in_one_line(tmp_path: Path) -> None:
         film_writer(tmp_path / "walk.avi", RATE)
     with pytest.raises(OutputError, match="does not exist"):
         film_writer(tmp_path / "nowhere" / "walk.webp", RATE)
-
-
-def test_job_renders_the_path_as_snapshots_would(device: Device, tmp_path: Path) -> None:
-    scene = load_scene("cornell_meso")
-    out = tmp_path / "walk.png"
-    job = FilmJob(scene, SETTINGS, path(), out, frames_per_second=RATE, device=device)
-    assert job.frame_count == 5
-    while not job.is_done:
-        job.step()
-    job.cancel()
-    settings = dataclasses.replace(SETTINGS, antialias=ANTIALIAS)
-    with Renderer(scene, settings, device=device) as renderer:
-        camera = path().camera(3 / RATE, scene.camera)
-        display = renderer.render(["display"], camera=camera).images["display"]
-    with Image.open(tmp_path / "walk" / "0004.png") as image:
-        assert np.array_equal(np.asarray(image), picture_of("display", display))
-
-
-def test_cancelled_job_leaves_no_trace(device: Device, tmp_path: Path) -> None:
-    scene = load_scene("cornell_meso")
-    job = FilmJob(scene, SETTINGS, path(), tmp_path / "walk.webp", device=device)
-    job.step()
-    job.cancel()
-    assert not job.is_done
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_interrupted_frame_is_rendered_again(device: Device, tmp_path: Path) -> None:
-    class Interrupted(Exception):
-        pass
-
-    def interrupt(what: str, done: int, total: int) -> None:
-        raise Interrupted
-
-    scene = load_scene("cornell_meso")
-    job = FilmJob(scene, SETTINGS, path(), tmp_path / "walk.webp", device=device)
-    with pytest.raises(Interrupted):
-        job.step(interrupt)
-    assert job.done_count == 0
-    job.step()
-    assert job.done_count == 1
-    job.cancel()
