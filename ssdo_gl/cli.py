@@ -141,7 +141,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def _reported_of_one(
     command: CommandLine, warm: WarmDevice, given: Mapping[str, Any], wanted: tuple[str, ...]
 ) -> int:
-    return _reported(partial(carry_out, command, given, wanted, warm=warm))
+    work = partial(carry_out, command, given, wanted, warm=warm)
+    return _reported(work, f"interrupted; of {command.scene} nothing was written")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -160,7 +161,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
 
 
-def _reported(work: Callable[[], int]) -> int:
+def _reported(
+    work: Callable[[], int], interrupted: str = "interrupted; nothing was written"
+) -> int:
     """Return the code that `work` returns, or say its fault in one line and return that."""
     try:
         with signals_as_exceptions():
@@ -170,7 +173,7 @@ def _reported(work: Callable[[], int]) -> int:
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL
     except KeyboardInterrupt as error:
-        message, code = str(error) or "interrupted; nothing was written", EXIT_INTERRUPTED
+        message, code = str(error) or interrupted, EXIT_INTERRUPTED
     # One line; blanks within it stay, because names of files may have several in a row.
     line = " ".join(part.strip() for part in message.splitlines() if part.strip())
     print(f"ssdo-gl: {printable(line)}", file=sys.stderr)

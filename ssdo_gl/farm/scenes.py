@@ -79,7 +79,13 @@ class CapturedWork:
 
 
 def carry_out_all(commands: Sequence[CommandLine], work: Work) -> int:
-    """Do `work` for each command until Ctrl-C, where the first says; return the worst code."""
+    """Do `work` for each command until Ctrl-C, where the first says; return the worst code.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Of workers, saying how many scenes are done.
+    """
     codes = []
     if commands[0].run.scheduler is None:
         with closing(WarmDevice()) as warm:
@@ -89,12 +95,16 @@ def carry_out_all(commands: Sequence[CommandLine], work: Work) -> int:
                 if codes[-1] == EXIT_INTERRUPTED:
                     break
         return _worst(codes)
-    with closing(_captured(commands, work)) as told:
-        for command, said in zip(commands, told, strict=True):
-            _print_name(command)
-            print(said.out, end="", flush=True)
-            print(said.err, end="", file=sys.stderr, flush=True)
-            codes.append(said.code)
+    try:
+        with closing(_captured(commands, work)) as told:
+            for command, said in zip(commands, told, strict=True):
+                _print_name(command)
+                print(said.out, end="", flush=True)
+                print(said.err, end="", file=sys.stderr, flush=True)
+                codes.append(said.code)
+    except KeyboardInterrupt:
+        done = f"{len(codes)} of the {counted(len(commands), 'scene')}"
+        raise KeyboardInterrupt(f"interrupted; {done} had been rendered") from None
     return _worst(codes)
 
 

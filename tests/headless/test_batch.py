@@ -158,6 +158,35 @@ def test_ctrl_c_counts_pictures_that_workers_have_not_told_of(
     assert "interrupted; out has 2 of the 4 pictures" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ([], "interrupted; of m/small.obj nothing was written\n"),
+        (["--scheduler", "local:1"], "interrupted; 1 of the 2 scenes had been rendered\n"),
+    ],
+)
+def test_ctrl_c_does_not_deny_the_scenes_before(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], flags: list[str], told: str
+) -> None:
+    render, drawn = Renderer.render, []
+
+    def pressed(self: Renderer, *arguments: object, **options: object) -> object:
+        drawn.append(1)
+        if len(drawn) > 1:
+            raise KeyboardInterrupt
+        return render(self, *arguments, **options)  # type: ignore[arg-type]
+
+    def early(commands: Sequence[CommandLine], work: object) -> Iterator[Said]:
+        yield Said(0)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Renderer, "render", pressed)
+    monkeypatch.setattr(scenes, "_captured", early)
+    words = ["m/big.obj", "m/small.obj", "--snapshot", "{name}.png", *FLAGS]
+    assert main([*words, *flags]) == 130
+    assert capsys.readouterr().err.endswith(f"ssdo-gl: {told}")
+
+
 def test_ctrl_c_while_a_picture_is_written_leaves_it_whole(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
