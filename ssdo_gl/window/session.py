@@ -63,8 +63,8 @@ class Session(ViewerLoop):
             print(f"ssdo-gl: {NO_PANEL}", file=sys.stderr)
             return
         scale, width = self._window.content_scale, self._window.size[0]
-        looks, device = usual_file("looks.json"), self._window.device
-        self._host.overlay = Overlay(device, self._viewer, self._host, scale, width, looks)
+        looks = usual_file("looks.json")
+        self._host.overlay = Overlay(self._viewer, self._host, scale, width, looks)
         self._viewer.say(_HINT)
 
     def run(self) -> None:

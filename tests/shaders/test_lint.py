@@ -39,7 +39,7 @@ MAY_DISCARD = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_f
 # What needs a rasterizer, or is drawn to the screen itself.
 RASTERIZED = {
     *("passes/gbuffer.frag", "passes/copy.frag", "effects/shadow_map.frag"),
-    *("effects/back_faces.frag", "window/panel.frag", "window/present.frag"),
+    *("effects/back_faces.frag", "window/present.frag"),
     *("window/error_colors.frag", "window/follow.frag"),
 }
 

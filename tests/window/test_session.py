@@ -26,6 +26,8 @@ from ssdo_gl.window.session import Session
 from ssdo_gl.window.viewer import Viewer
 
 pytest.importorskip("imgui_bundle")
+from window.overlay.drawn_overlay import skip_without_panel
+
 SIZE = (48, 27)
 FRAME_S = 1.0 / 30.0
 
@@ -69,6 +71,7 @@ def session(
     monkeypatch.setattr(session_module, "gamepad", Controls)
     monkeypatch.setattr(session_module.glfw, "poll_events", lambda: None)
     monkeypatch.setattr(Session, "_draw", lambda self, sizes: None)
+    skip_without_panel(device)
     session = Session(FakeWindow(device), "carousel", viewer)  # type: ignore[arg-type]
     yield session
     session.release()

@@ -1,13 +1,10 @@
-"""Draws Dear ImGui with this project's own OpenGL layer and feeds it GLFW's events.
+"""Draws Dear ImGui into framebuffers and feeds it GLFW's events.
 
-The backends that come with imgui-bundle need PyOpenGL, a second view of the same
-context that knows nothing of the first; this one needs no window either, so that
-panels can be tested without a display.
+ImGui's own backend draws; that for GLFW needs a window, and panels are tested without.
 """
 
 from __future__ import annotations
 
-import ctypes
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +14,7 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
-from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.context import ContextError
 
 # Height of text in window coordinates, before the display's own scale.
 FONT_PX = 15.0
@@ -59,11 +55,10 @@ _MODIFIERS = (
     (glfw.MOD_ALT, imgui.Key.mod_alt),
     (glfw.MOD_SUPER, imgui.Key.mod_super),
 )
-_VERTEX_LAYOUT = ("2f 2f 4f1", "a_position_px", "a_uv", "a_color")
 
 
 class ImguiBackend:
-    """One ImGui context that draws with a device.
+    """One ImGui context that draws with the current OpenGL context.
 
     Parameters
     ----------
@@ -76,30 +71,21 @@ class ImguiBackend:
         Whether text is dark on light.
     """
 
-    def __init__(self, device: Device, shaders: ShaderLibrary, scale: float = 1.0) -> None:
+    def __init__(self, scale: float = 1.0) -> None:
         scale = _limited(scale)
-        self._gl = device.gl
-        self._shaders = shaders
         self._context = imgui.create_context()
         imgui.set_current_context(self._context)
         io = imgui.get_io()
         # Positions of panels are the program's business: no file appears beside the user's.
         io.set_ini_filename("")
         io.set_log_filename("")
-        io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
-        io.backend_flags |= imgui.BackendFlags_.renderer_has_vtx_offset
-        limit = int(device.gl.info["GL_MAX_TEXTURE_SIZE"])
-        imgui.get_platform_io().renderer_texture_max_width = limit
-        imgui.get_platform_io().renderer_texture_max_height = limit
+        if not imgui.backends.opengl3_init("#version 330 core"):
+            raise ContextError("the panel finds no OpenGL: install libGL.so.1 (libgl1)")
         fonts = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
         io.fonts.add_font_from_file_ttf(str(fonts / "Roboto-Regular.ttf"), FONT_PX * scale)
         self.is_light = False
         _style(scale, self.is_light)
         self._scale = self._font_scale = scale
-        self._textures: dict[int, moderngl.Texture] = {}
-        self._vertices = self._gl.buffer(reserve=1, dynamic=True)
-        self._indices = self._gl.buffer(reserve=1, dynamic=True)
-        self._next_texture = 1
         # Where the cursor has gone since the widgets were issued, and which buttons are down.
         self._moved_to: imgui.ImVec2 | None = None
         self._held: set[int] = set()
@@ -183,94 +169,21 @@ class ImguiBackend:
         )
         # ImGui refuses a step of no time.
         io.delta_time = max(seconds, 1e-4)
+        imgui.backends.opengl3_new_frame()
         imgui.new_frame()
         self._moved_to = None
 
     def draw(self, target: moderngl.Framebuffer) -> None:
         """End the frame and draw it over `target`."""
         imgui.render()
-        data = imgui.get_draw_data()
-        for texture in imgui.get_platform_io().textures:
-            self._update_texture(texture)
-        scale = data.framebuffer_scale
-        width = round(data.display_size.x * scale.x)
-        height = round(data.display_size.y * scale.y)
-        if width <= 0 or height <= 0:
-            return
-        program = self._shaders.program("window/panel.vert", "window/panel.frag")
-        program.set({"u_window_size": (data.display_size.x, data.display_size.y)})
         target.use()
-        target.viewport = (0, 0, width, height)
-        self._gl.enable_only(moderngl.BLEND)
-        self._gl.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-        for commands in data.cmd_lists:
-            self._upload(commands)
-            array = self._gl.vertex_array(
-                program.gl,
-                [(self._vertices, *_VERTEX_LAYOUT)],
-                index_buffer=self._indices,
-                index_element_size=imgui.INDEX_SIZE,
-            )
-            for command in commands.cmd_buffer:
-                left, top, right, bottom = (
-                    round(edge * factor)
-                    for edge, factor in zip(command.clip_rect, (*scale, *scale), strict=True)
-                )
-                if right <= left or bottom <= top:
-                    continue
-                target.scissor = (left, height - bottom, right - left, bottom - top)
-                program.set({}, {"t_atlas": self._textures[command.tex_ref.get_tex_id()]})
-                array.render(
-                    moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset
-                )
-            array.release()
-        target.scissor = (0, 0, width, height)
-        self._gl.enable_only(moderngl.NOTHING)
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
     def release(self) -> None:
         """Free the textures and the context."""
-        for texture in self._textures.values():
-            texture.release()
-        self._vertices.release()
-        self._indices.release()
         imgui.set_current_context(self._context)
-        for item in imgui.get_platform_io().textures:
-            item.set_tex_id(0)
-            item.status = imgui.ImTextureStatus.destroyed
+        imgui.backends.opengl3_shutdown()
         imgui.destroy_context(self._context)
-
-    def _upload(self, commands: Any) -> None:
-        for buffer, items, size in (
-            (self._vertices, commands.vtx_buffer, imgui.VERTEX_SIZE),
-            (self._indices, commands.idx_buffer, imgui.INDEX_SIZE),
-        ):
-            data = ctypes.string_at(items.data_address(), items.size() * size)
-            # A fresh store of the right size: the last list may still be drawn from.
-            buffer.orphan(max(len(data), 1))
-            buffer.write(data)
-
-    def _update_texture(self, item: Any) -> None:
-        """Do what ImGui asks for with one of its textures (imgui_impl_opengl3.cpp's part)."""
-        status = imgui.ImTextureStatus
-        if item.status == status.want_create:
-            texture = self._gl.texture((item.width, item.height), 4, item.get_pixels_array())
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            texture.repeat_x = texture.repeat_y = False
-            item.set_tex_id(self._next_texture)
-            self._textures[self._next_texture] = texture
-            self._next_texture += 1
-            item.status = status.ok
-        elif item.status == status.want_updates:
-            pixels = np.asarray(item.get_pixels_array()).reshape(item.height, item.width, 4)
-            texture = self._textures[item.tex_id]
-            for part in item.updates:
-                block = pixels[part.y : part.y + part.h, part.x : part.x + part.w]
-                texture.write(block.tobytes(), viewport=(part.x, part.y, part.w, part.h))
-            item.status = status.ok
-        elif item.status == status.want_destroy and item.unused_frames > 0:
-            self._textures.pop(item.tex_id).release()
-            item.set_tex_id(0)
-            item.status = status.destroyed
 
 
 def _limited(scale: float) -> float:

@@ -8,7 +8,6 @@ from pathlib import Path
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from ssdo_gl.gpu.context import Device
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.window.actions import Host
 from ssdo_gl.window.canvas import error_color
@@ -58,14 +57,13 @@ class Overlay(ImguiBackend):
 
     def __init__(
         self,
-        device: Device,
         viewer: Viewer,
         host: Host,
         scale: float = 1.0,
         width: float = math.inf,
         looks_file: Path | None = None,
     ) -> None:
-        super().__init__(device, viewer.shaders, scale)
+        super().__init__(scale)
         self.shows_panel = width >= NARROW * scale
         self.shows_help = False
         self._viewer = viewer

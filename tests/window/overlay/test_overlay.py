@@ -159,7 +159,7 @@ def test_size_of_text_and_theme_last_until_the_next_visit(
     file = tmp_path / "state" / "looks.json"
 
     def overlay() -> Overlay:
-        return Overlay(device, drawn.viewer, OverlayHost(), 1.0, 900.0, file)
+        return Overlay(drawn.viewer, OverlayHost(), 1.0, 900.0, file)
 
     first = overlay()
     assert not first.is_light
