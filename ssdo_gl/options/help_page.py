@@ -5,13 +5,11 @@ from __future__ import annotations
 import argparse
 import re
 import textwrap
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ssdo_gl import resources
 from ssdo_gl.effects.registry import image_names
-from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.scene.load import builtin_names, builtin_scenes
 from ssdo_gl.settings.fields import Kind, SettingError, SettingInfo, value_text
 from ssdo_gl.settings.loading import LIGHTS
 
@@ -70,15 +68,10 @@ def scene_epilog() -> str:
 
 def scene_list() -> str:
     """Return every built-in scene with its title, and its purpose indented below."""
-    parts = []
-    for name in builtin_names():
-        text = (resources.folder("scenes") / f"{name}.toml").read_text(encoding="utf-8")
-        content = tomllib.loads(text)
-        purpose = textwrap.fill(
-            content["purpose"], _WIDTH, initial_indent="    ", subsequent_indent="    "
-        )
-        parts.append(f"{name}: {content['title']}\n{purpose}\n")
-    return "\n".join(parts)
+    return "\n".join(
+        f"{name}: {title}\n{textwrap.indent(textwrap.fill(purpose, _WIDTH - 4), '    ')}\n"
+        for name, (title, purpose) in builtin_scenes().items()
+    )
 
 
 class ListScenes(argparse.Action):

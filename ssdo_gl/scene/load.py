@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +82,17 @@ def builtin_names() -> list[str]:
     return sorted(
         file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
     )
+
+
+@cache
+def builtin_scenes() -> dict[str, tuple[str, str]]:
+    """Return title and purpose of each built-in scene."""
+    texts = {
+        name: (resources.folder("scenes") / f"{name}.toml").read_text(encoding="utf-8")
+        for name in builtin_names()
+    }
+    tables = {name: tomllib.loads(text) for name, text in texts.items()}
+    return {n: (table["title"], " ".join(table["purpose"].split())) for n, table in tables.items()}
 
 
 def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import cache, partial
+from functools import partial
 
 from imgui_bundle import imgui
 
-from ssdo_gl import resources
-from ssdo_gl.scene.load import builtin_names
-from ssdo_gl.toml_text import read_toml
+from ssdo_gl.scene.load import builtin_scenes
 from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.input import BINDINGS, Action, Command
 from ssdo_gl.window.panel.tooltip import show_tooltip
@@ -31,20 +29,6 @@ _OTHER_LINES = 7
 # Of text that fits into a small window.
 _SMALLEST = 0.35
 _WINDOW = (Command.TOGGLE_PANEL, Command.FULLSCREEN, Command.TOGGLE_HELP)
-
-
-@cache
-def builtin_scenes() -> dict[str, tuple[str, str]]:
-    """Return title and purpose of each built-in scene."""
-    folder = resources.folder("scenes")
-    tables = {
-        name: read_toml((folder / f"{name}.toml").read_text(encoding="utf-8"))
-        for name in builtin_names()
-    }
-    return {
-        name: (str(table.get("title", name)), " ".join(str(table.get("purpose", "")).split()))
-        for name, table in tables.items()
-    }
 
 
 def draw_menu(

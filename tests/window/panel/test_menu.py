@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from window.overlay.drawn_overlay import DrawnOverlay
 
-from ssdo_gl.scene.load import builtin_names
-from ssdo_gl.window.panel.menu import builtin_scenes
+from ssdo_gl.scene.load import builtin_names, builtin_scenes
 
 
 def test_the_menu_opens_a_built_in_scene(gl, drawn: DrawnOverlay) -> None:
