@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,8 @@ def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[object, ...
         return None
     common = _common(material, "")
     arrays = (mesh.normals, mesh.uvs, mesh.second_uvs, mesh.tangents)
-    return *(array is not None for array in arrays), mesh.closed, *_fields(common)
+    fields = (getattr(common, field.name) for field in dataclasses.fields(common))
+    return *(array is not None for array in arrays), mesh.closed, *fields
 
 
 def _common(material: Material, name: str) -> Material:
@@ -89,58 +91,46 @@ def _common(material: Material, name: str) -> Material:
     return dataclasses.replace(material, name=name, albedo=(1.0, 1.0, 1.0), alpha=alpha)
 
 
-def _fields(material: Material) -> tuple[object, ...]:
-    return tuple(getattr(material, field.name) for field in dataclasses.fields(material))
-
-
 def _joined(
     meshes: Sequence[Mesh], materials: Sequence[Material], members: Sequence[SceneObject]
 ) -> Mesh:
     """Return one mesh, in world space, of meshes that agree in what they have."""
     parts = [meshes[item.mesh] for item in members]
+    vertices = [
+        _vertices(part, materials[item.material], item.world_from_object[0])
+        for part, item in zip(parts, members, strict=True)
+    ]
+    arrays: dict[str, Any] = {
+        name: np.concatenate([arrays[name] for arrays in vertices]) for name in vertices[0]
+    }
     first = np.cumsum([0] + [len(part.positions) for part in parts[:-1]])
-    colors = []
-    for part, item in zip(parts, members, strict=True):
-        material = materials[item.material]
-        alpha = 1.0 if _common(material, "").alpha != 1.0 else material.alpha
-        own = np.ones((len(part.positions), 4)) if part.colors is None else part.colors
-        colors.append(own * [*material.albedo, alpha])
     return Mesh(
-        positions=np.concatenate(
-            [
-                placed(part.positions, item.world_from_object)[0]
-                for part, item in zip(parts, members, strict=True)
-            ]
-        ),
         triangles=np.concatenate(
             [part.triangles + start for part, start in zip(parts, first, strict=True)]
         ),
-        normals=_normals(parts, members),
-        uvs=_joined_uvs([part.uvs for part in parts]),
-        second_uvs=_joined_uvs([part.second_uvs for part in parts]),
-        tangents=_tangents(parts, members),
-        colors=np.concatenate(colors),
         closed=parts[0].closed,
         name="joined",
+        **arrays,
     )
 
 
-def _joined_uvs(parts: Sequence[FloatArray | None]) -> FloatArray | None:
-    known = [part for part in parts if part is not None]
-    return np.concatenate(known) if len(known) == len(parts) else None
-
-
-def _normals(parts: Sequence[Mesh], members: Sequence[SceneObject]) -> FloatArray | None:
-    turned = []
-    for part, item in zip(parts, members, strict=True):
-        if part.normals is None:
-            return None
-        linear = item.world_from_object[0, :3, :3]
+def _vertices(mesh: Mesh, material: Material, matrix: FloatArray) -> dict[str, Any]:
+    """Return what vertices of a mesh have, in world space; the albedo is in their colours."""
+    linear = matrix[:3, :3]
+    alpha = 1.0 if _common(material, "").alpha != 1.0 else material.alpha
+    colors = np.ones((len(mesh.positions), 4)) if mesh.colors is None else mesh.colors
+    found = {"uvs": mesh.uvs, "second_uvs": mesh.second_uvs}
+    found["positions"] = placed(mesh.positions, matrix[None])[0]
+    found["colors"] = colors * [*material.albedo, alpha]
+    if mesh.normals is not None:
         # Normals turn with the cofactors; instances of a batch are not mirrored.
-        cofactor = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
-        normal = part.normals @ cofactor.T
-        turned.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
-    return np.concatenate(turned)
+        cofactor = [np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)]
+        normals = mesh.normals @ np.stack(cofactor).T
+        found["normals"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    if mesh.tangents is not None:
+        directions = mesh.tangents[:, :3] @ linear.T
+        found["tangents"] = unit_tangents(np.column_stack([directions, mesh.tangents[:, 3]]))
+    return {name: array for name, array in found.items() if array is not None}
 
 
 def _without_unused(
@@ -158,13 +148,3 @@ def _without_unused(
             for o in objects
         ],
     )
-
-
-def _tangents(parts: Sequence[Mesh], members: Sequence[SceneObject]) -> FloatArray | None:
-    turned = []
-    for part, item in zip(parts, members, strict=True):
-        if part.tangents is None:
-            return None
-        direction = part.tangents[:, :3] @ item.world_from_object[0, :3, :3].T
-        turned.append(unit_tangents(np.column_stack([direction, part.tangents[:, 3]])))
-    return np.concatenate(turned)
