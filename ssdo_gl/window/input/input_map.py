@@ -10,6 +10,8 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import add
+from typing import Any
 
 import glfw
 
@@ -248,21 +250,11 @@ class InputMap:
 
 def combined(a: Controls, b: Controls) -> Controls:
     """Return what two devices ask for together; the camera limits the sum."""
-    move = _summed([a.move, b.move], 3)
-    pairs = [
-        _summed([x, y], 2)
-        for x, y in (
-            (a.turn, b.turn),
-            (a.turn_rate, b.turn_rate),
-            (a.orbit, b.orbit),
-            (a.slide, b.slide),
-        )
-    ]
-    turn, rate, orbit, slide = ((x, y) for x, y in pairs)
-    dolly, speed = a.dolly + b.dolly, a.speed + b.speed
-    return Controls(
-        (move[0], move[1], move[2]), turn, rate, orbit, slide, dolly, speed, a.fast or b.fast
-    )
+    sums: dict[str, Any] = {
+        name: tuple(map(add, getattr(a, name), getattr(b, name)))
+        for name in ("move", "turn", "turn_rate", "orbit", "slide")
+    }
+    return Controls(**sums, dolly=a.dolly + b.dolly, speed=a.speed + b.speed, fast=a.fast or b.fast)
 
 
 def _ramp_integral(age: float) -> float:
