@@ -1,9 +1,5 @@
 // Shows the pictures that the kernel sends, and tells it what mouse, keys and choices do.
 
-const PIXELS_PER_NOTCH = 100; // of a wheel, as browsers count; a line is 16
-// As in page_events.py: the kernel refuses more.
-const MAX_PIXELS = 3840 * 2160;
-
 function element(tag, parent, style = {}) {
   const made = document.createElement(tag);
   Object.assign(made.style, style);
@@ -78,29 +74,8 @@ function render({ model, el }) {
     const box = canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   };
-  const mods = (event) => event.shiftKey + 2 * event.ctrlKey + 4 * event.altKey + 8 * event.metaKey;
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.focus();
-    canvas.setPointerCapture(event.pointerId);
-    if (event.button <= 2) tell("button", { button: event.button, down: true, ...place(event) });
-    event.preventDefault();
-  });
-  canvas.addEventListener("pointermove", (event) => tell("cursor", place(event)));
-  for (const end of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(end, (event) => {
-      const button = Math.max(0, event.button);
-      if (button <= 2) tell("button", { button, down: false, ...place(event) });
-    });
-  }
-  canvas.addEventListener("contextmenu", (event) => { event.preventDefault(); event.stopPropagation(); });
-  canvas.addEventListener("wheel", (event) => {
-    // The page scrolls until the picture is clicked.
-    if (document.activeElement !== canvas && canvas.getRootNode().activeElement !== canvas) return;
-    const pixels = [1, 16, 800][event.deltaMode] * event.deltaY;
-    tell("cursor", place(event));
-    tell("wheel", { notches: Math.max(-20, Math.min(20, -pixels / PIXELS_PER_NOTCH)) });
-    event.preventDefault();
-  }, { passive: false });
+  // The page scrolls until the picture is clicked.
+  tellOfMouse(canvas, tell, place, () => [document.activeElement, canvas.getRootNode().activeElement].includes(canvas));
   for (const [kind, down] of [["keydown", true], ["keyup", false]]) {
     canvas.addEventListener(kind, (event) => {
       event.stopPropagation();

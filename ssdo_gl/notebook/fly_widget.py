@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
+from importlib.resources import files
 from typing import Any
 
 import anywidget
@@ -22,7 +22,10 @@ class FlyWidget(anywidget.AnyWidget):
     largest in CSS pixels, and `still` a PNG file for readers that show no widgets.
     """
 
-    _esm = Path(__file__).with_suffix(".js")
+    _esm = "\n".join(
+        files("ssdo_gl").joinpath(name).read_text(encoding="utf-8")
+        for name in ("serve/page/mouse.js", "notebook/fly_widget.js")
+    )
     width = traitlets.Int(640).tag(sync=True)
     height = traitlets.Int(360).tag(sync=True)
 

@@ -26,7 +26,7 @@ MOST_VISITORS = 32
 MAX_MESSAGE_BYTES = 1024
 # A viewer whose line is dead is noticed, and freed, after one and a half of these.
 HEARTBEAT_SECONDS = 20.0
-_FILES = {"": "index.html", "page.js": "page.js", "page.css": "page.css"}
+_FILES = {"": "index.html"} | {name: name for name in ("mouse.js", "page.js", "page.css")}
 _TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "

@@ -7,14 +7,12 @@ import io
 import json
 import shutil
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import ssdo_gl
-from ssdo_gl.notebook import fly_widget
 
 playwright = pytest.importorskip("playwright.sync_api", reason="drives the browser")
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -85,7 +83,7 @@ def test_a_page_shows_what_is_sent_and_sends_what_is_done(page):
           const { default: widget } = await import(url);
           window.leave = widget.render({ model, el: document.getElementById("here") });
         }""",
-        Path(fly_widget.__file__).with_suffix(".js").read_text(encoding="utf-8"),
+        widget._esm,
     )
     pump(is_at_rest)
     with Image.open(io.BytesIO(seen[-1])) as image:

@@ -102,6 +102,7 @@ def test_page_comes_with_its_files_and_may_load_nothing_else(renderer):
     async def act(client):
         for path, kind in (
             ("/", "text/html"),
+            ("/mouse.js", "text/javascript"),
             ("/page.js", "text/javascript"),
             ("/page.css", "text/css"),
         ):
@@ -118,7 +119,8 @@ def test_page_comes_with_its_files_and_may_load_nothing_else(renderer):
 def test_page_counts_pixels_as_the_server_does(renderer):
     from ssdo_gl.serve.page_events import MAX_PIXELS, MAX_SIDE_PX
 
-    text = (Path(server_module.__file__).parent / "page" / "page.js").read_text()
+    page = Path(server_module.__file__).parent / "page"
+    text = (page / "mouse.js").read_text() + (page / "page.js").read_text()
     assert f"const MAX_SIDE_PX = {MAX_SIDE_PX};" in text
     assert "const MAX_PIXELS = 3840 * 2160;" in text and MAX_PIXELS == 3840 * 2160
 

@@ -2,10 +2,8 @@
 "use strict";
 
 // As in page_events.py: the server refuses more.
-const MAX_PIXELS = 3840 * 2160;
 const MAX_SIDE_PX = 8192;
 const IS_LOSSLESS = 1;
-const PIXELS_PER_NOTCH = 100; // of a wheel, as browsers count; a line is 16
 const DIVIDER_REACH_PX = 6;
 // The browser's own, even over the picture: reloading is a new visit.
 const BROWSER_KEYS = [["F5", false], ["F11", false], ["KeyT", true], ["KeyW", true],
@@ -78,43 +76,15 @@ function place(event) {
   return cursor;
 }
 
-function mods(event) {
-  return event.shiftKey + 2 * event.ctrlKey + 4 * event.altKey + 8 * event.metaKey;
-}
-
 function tap(code, modifiers = 0) {
   for (const down of [true, false]) tell("key", { code, down, repeat: false, mods: modifiers });
 }
 
-picture.addEventListener("pointerdown", (event) => {
-  picture.focus();
-  picture.setPointerCapture(event.pointerId);
-  if (event.button <= 2) tell("button", { button: event.button, down: true, ...place(event) });
-  event.preventDefault();
-});
-picture.addEventListener("pointermove", (event) => {
-  tell("cursor", place(event));
-  // With one button held, another one that goes down or up is a movement.
-  if (event.button >= 0 && event.button <= 2) {
-    tell("button", { button: event.button, down: (event.buttons & [1, 4, 2][event.button]) !== 0, ...cursor });
-  }
+tellOfMouse(picture, tell, place);
+picture.addEventListener("pointermove", () => {
   const atDivider = state.split && Math.abs(cursor.x - state.divider * picture.clientWidth) <= DIVIDER_REACH_PX;
   picture.classList.toggle("at-divider", Boolean(atDivider));
 });
-for (const end of ["pointerup", "pointercancel"]) {
-  picture.addEventListener(end, (event) => {
-    const button = Math.max(0, event.button);
-    if (button <= 2) tell("button", { button, down: false, ...place(event) });
-  });
-}
-picture.addEventListener("contextmenu", (event) => event.preventDefault());
-picture.addEventListener("wheel", (event) => {
-  const pixels = [1, 16, 800][event.deltaMode] * event.deltaY;
-  const notches = Math.max(-20, Math.min(20, -pixels / PIXELS_PER_NOTCH));
-  tell("cursor", place(event));
-  tell("wheel", { notches });
-  event.preventDefault();
-}, { passive: false });
 
 const OWN_KEYS = {
   Tab: () => togglePanel(),
