@@ -39,15 +39,9 @@ class Timer:
         self._query: Any = None if device.is_software else self._gl.query(time=True)
         self.clock: Callable[[], float] = time.perf_counter
         self._start = 0.0
-        self._elapsed_ms: float | None = None
-        self._is_running = False
-        self._has_run = False
+        self._elapsed_s = 0.0
 
     def __enter__(self) -> Self:
-        if self._is_running:
-            raise RuntimeError("a Timer cannot be nested in itself: OpenGL has one time query")
-        self._is_running = True
-        self._elapsed_ms = None
         if self._query is not None:
             self._query.__enter__()
         else:
@@ -56,21 +50,13 @@ class Timer:
         return self
 
     def __exit__(self, *fault: object) -> None:
-        self._is_running = False
-        self._has_run = True
         if self._query is not None:
             self._query.__exit__(*fault)
         else:
             self._gl.finish()
-            self._elapsed_ms = (self.clock() - self._start) * 1e3
+            self._elapsed_s = self.clock() - self._start
 
     @property
     def elapsed_ms(self) -> float:
         """Milliseconds of the last block; with ``gl_query`` this waits for its end."""
-        if self._is_running:
-            raise RuntimeError("the block that this Timer measures has not ended")
-        if not self._has_run:
-            raise RuntimeError("this Timer has not measured anything yet")
-        if self._elapsed_ms is None:
-            self._elapsed_ms = float(self._query.elapsed) * 1e-6
-        return self._elapsed_ms
+        return self._elapsed_s * 1e3 if self._query is None else float(self._query.elapsed) * 1e-6
