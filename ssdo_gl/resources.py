@@ -10,22 +10,17 @@ from __future__ import annotations
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Literal
 
-_KINDS = ("shaders", "scenes")
 
-
-def folder(kind: str) -> Traversable:
-    """Return the folder of shipped files called `kind`, "shaders" or "scenes".
+def folder(kind: Literal["shaders", "scenes"]) -> Traversable:
+    """Return the folder of shipped files called `kind`.
 
     Raises
     ------
-    ValueError
-        If `kind` is not one of them.
     FileNotFoundError
         If the folder is neither inside the package nor beside it in a checkout.
     """
-    if kind not in _KINDS:
-        raise ValueError(f"no kind of resource is called {kind!r}: choose {' or '.join(_KINDS)}")
     inside = files("ssdo_gl").joinpath(kind)
     if inside.is_dir():
         return inside

@@ -19,11 +19,6 @@ def test_shaders_and_scenes_are_found():
     assert any(item.name.endswith(".toml") for item in resources.folder("scenes").iterdir())
 
 
-def test_unknown_kind_is_refused():
-    with pytest.raises(ValueError, match="'tests': choose shaders or scenes"):
-        resources.folder("tests")
-
-
 @pytest.fixture
 def installation(tmp_path):
     """A folder on the path with nothing but the package's resource finder in it."""

@@ -95,15 +95,6 @@ def test_framebuffer_draws_into_its_textures_in_order(gl, shaders):
     assert make_framebuffer(gl, [a]).depth_attachment is None
 
 
-@pytest.mark.parametrize(
-    ("dtype", "data", "message"),
-    [("f8", None, "'f8'"), ("f4", np.zeros((3, 5, 3)), r"\(3, 5, 3\) where \(3, 5, 4\)")],
-)
-def test_impossible_texture_is_refused(gl, dtype, data, message):
-    with pytest.raises(ValueError, match=message):
-        make_texture(gl, (5, 3), 4, dtype, data)
-
-
 def test_framebuffer_can_be_made_after_the_bound_one_was_released(gl):
     texture = make_texture(gl, (2, 2), 4, "f4")
     first = make_framebuffer(gl, [texture])

@@ -47,8 +47,6 @@ def membership(time_replicas: ArrayLike, error_replicas: ArrayLike) -> NDArray[n
     """
     time = np.asarray(time_replicas, dtype=np.float64)
     error = np.asarray(error_replicas, dtype=np.float64)
-    if time.shape != error.shape:
-        raise ValueError(f"replicas differ in shape: {time.shape} and {error.shape}")
     hits = np.zeros(time.shape[1])
     for times, errors in zip(time, error, strict=True):
         hits[pareto_front(times, errors)] += 1.0

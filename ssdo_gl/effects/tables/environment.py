@@ -52,16 +52,9 @@ class EnvironmentPass(RenderPass):
         self.settings = settings or EnvironmentSettings()
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Return both maps as new textures.
-
-        Raises
-        ------
-        ValueError
-            If the scene has no environment.
-        """
+        """Return both maps as new textures."""
         environment = context.frame.scene.environment
-        if environment is None:
-            raise ValueError("the environment pass needs a scene with an environment")
+        assert environment is not None
         normals = octahedral_nodes(self.settings.irradiance_size)
         return {
             "environment": _upload(context.gl, radiance_image(environment)),

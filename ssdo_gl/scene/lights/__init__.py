@@ -25,17 +25,8 @@ KINDS = found_kinds()
 
 
 def kind_number(light: Light) -> int:
-    """Return the number of the light's kind in shaders.
-
-    Raises
-    ------
-    ValueError
-        If its class is not in `KINDS`.
-    """
-    kinds = list(KINDS.values())
-    if type(light) not in kinds:
-        raise ValueError(f"{type(light).__name__} is not in ssdo_gl.scene.lights.KINDS")
-    return kinds.index(type(light))
+    """Return the number of the light's kind in shaders."""
+    return list(KINDS.values()).index(type(light))
 
 
 def kind_of_gltf(name: str) -> type[Light] | None:

@@ -54,8 +54,3 @@ def test_membership_is_a_share_of_the_replicas():
     assert share[0] == share[1] == 1.0
     # The third is slower; it belongs where its error happens to be lower: half the time.
     assert share[2] == pytest.approx(0.5, abs=0.05)
-
-
-def test_replicas_must_belong_together():
-    with pytest.raises(ValueError, match="differ in shape"):
-        pareto.membership(np.ones((3, 2)), np.ones((2, 2)))

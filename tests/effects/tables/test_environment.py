@@ -73,8 +73,3 @@ def test_nodes_cover_the_rim_and_the_axes(cells):
         np.testing.assert_allclose(corner, [0, 0, -1], atol=1e-15)
     # Folding makes opposite halves of the rim the same directions.
     np.testing.assert_allclose(n[0], n[0][::-1], atol=1e-15)
-
-
-def test_a_scene_without_environment_is_refused(gl, shaders):
-    with pytest.raises(ValueError, match="environment"):
-        run_pass(gl, shaders, EnvironmentPass(), make_frame(make_scene(), (4, 4)))
