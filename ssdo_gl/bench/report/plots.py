@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of, sureness, three_digits
+from ssdo_gl.bench.analysis import Result, front_of, sureness, three_digits
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
@@ -94,10 +94,13 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: ErrorPanel) -> None:
     front = front_of(plotted, panel.name)
     _draw_front(chart, front, panel)
     reference = bench.references.get(panel.name)
-    if reference is not None:
-        _draw_limits(chart, reference)
+    if reference is not None and has_logarithm(reference.floor):
+        # What more depth reads cannot cross. Named in the legend: beside it points may lie.
+        style: Any = {"color": "#666666", "linestyle": "--", "linewidth": 0.9}
+        chart.axhline(reference.floor, label="the march, converged", **style)
     _log_axes(chart)
-    chart.set_xlabel(_time_label(bench))
+    width, height = bench.base.size
+    chart.set_xlabel(f"frame time, ms ({CLOCK_NAMES[bench.clock]}), {width}x{height}")
     chart.set_ylabel(panel.error_label)
     chart.set_title(panel.title, fontsize=8.5, wrap=True)
     if plotted:
@@ -130,16 +133,6 @@ def _draw_front(chart: Axes, front: Sequence[Result], panel: ErrorPanel) -> None
         )  # fmt: skip
 
 
-def _draw_limits(chart: Axes, reference: ReferenceSummary) -> None:
-    """Draw what more depth reads cannot cross."""
-    if has_logarithm(reference.floor):
-        # Named in the legend: beside the line points may lie.
-        chart.axhline(
-            reference.floor, color="#666666", linestyle="--", linewidth=0.9,
-            label="the march, converged",
-        )  # fmt: skip
-
-
 def _log_axes(chart: Axes) -> None:
     """Make both axes logarithmic, with ticks like 0.05 and 20k, few enough to read.
 
@@ -157,7 +150,3 @@ def _log_axes(chart: Axes) -> None:
         axis.set_major_locator(LogLocator(base=10.0, subs=subs))
         axis.set_major_formatter(FuncFormatter(lambda value, _: short(value)))
         axis.set_minor_formatter(NullFormatter())
-
-
-def _time_label(bench: Bench) -> str:
-    return f"frame time, ms ({CLOCK_NAMES[bench.clock]}), {bench.base.size[0]}x{bench.base.size[1]}"
