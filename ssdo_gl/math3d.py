@@ -248,6 +248,14 @@ def doubled_area_vectors(corners: FloatArray) -> FloatArray:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
+def spread_directions(count: int, lowest: float = -1.0) -> FloatArray:
+    """Return unit vectors (count, 3) spread evenly over the sphere above y = `lowest`."""
+    up = lowest + (np.arange(count) + 0.5) * ((1.0 - lowest) / count)
+    turn = np.pi * (1.0 + 5.0**0.5) * np.arange(count)
+    flat = np.sqrt(1.0 - up**2)
+    return np.stack([flat * np.cos(turn), up, flat * np.sin(turn)], axis=1)
+
+
 def largest_of_rows(vectors: FloatArray) -> FloatArray:
     """Return the largest magnitude in each of the rows of (N, 3), shape (N,)."""
     x, y, z = np.abs(vectors.T)

@@ -44,8 +44,7 @@ def has_floor(surfaces: Surfaces) -> bool:
     covered = 0.0
     for triangles, points in parts:
         flat = corners_within(points, triangles, points[..., 1] <= floor)
-        cross_y = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])[:, 1]
-        covered += 0.5 * float(np.maximum(cross_y, 0.0).sum())
+        covered += 0.5 * float(np.maximum(math3d.doubled_area_vectors(flat)[:, 1], 0.0).sum())
     return covered >= _FLOOR_SHARE * float((high[0] - low[0]) * (high[2] - low[2]))
 
 

@@ -296,8 +296,7 @@ def _projected_area(
     Of those that face along the axis, and of those that face against it, (2,).
     """
     corners = corners_within(points, mesh.triangles, is_near)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    along = cross[:, axis]
+    along = math3d.doubled_area_vectors(corners)[:, axis]
     return 0.5 * np.array([along[along > 0.0].sum(), -along[along < 0.0].sum()])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray, lengths_of_rows
+from ssdo_gl.math3d import FloatArray, doubled_area_vectors, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry import MainPart, Surfaces, main_part, placed
 from ssdo_gl.scene.lights import RectangleLight
@@ -161,10 +161,7 @@ class Interior:
 
     def surrounds(self, place: FloatArray, *, fronts: bool = False) -> bool:
         """Return whether one sees walls, or only their `fronts`, nearly all around a place (3,)."""
-        up = (np.arange(_DIRECTIONS) + 0.5) * (2.0 / _DIRECTIONS) - 1.0
-        turn = np.pi * (1.0 + 5.0**0.5) * np.arange(_DIRECTIONS)
-        flat = np.sqrt(1.0 - up**2)
-        around = np.stack([flat * np.cos(turn), up, flat * np.sin(turn)], axis=1)
+        around = math3d.spread_directions(_DIRECTIONS)
         distance, first = self._hits(place, around)
         seen = np.isfinite(distance)
         if fronts:
@@ -304,7 +301,7 @@ def interior_of(
     is_content = np.asarray(inside.any(axis=1), dtype=bool)
     if is_content.sum() < fewest or not len(corners):
         return None
-    area = lengths_of_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    area = lengths_of_rows(doubled_area_vectors(corners))
     largest = np.argsort(-area, kind="stable")[:most]
     return Interior(
         part.low,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, lengths_of_rows
+from ssdo_gl.math3d import FloatArray, lengths_of_rows, spread_directions
 from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.geometry.surfaces import Surfaces
 from ssdo_gl.scene.geometry.topology import placed
@@ -245,10 +245,7 @@ def _is_dome(
     corners = np.concatenate(
         [placed(m.corners(), surfaces.objects[o].world_from_object[[c]])[0] for m, o, c in shells]
     )
-    up = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
-    turn = np.pi * (1.0 + 5.0**0.5) * np.arange(_DIRECTIONS)
-    flat = np.sqrt(1.0 - up**2)
-    directions = np.stack([flat * np.cos(turn), up, flat * np.sin(turn)], axis=1)
+    directions = spread_directions(_DIRECTIONS, lowest=0.0)
     return float(np.mean([_is_hidden(corners - middle, d) for d in directions])) >= _DOME_SHARE
 
 
