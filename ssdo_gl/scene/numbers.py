@@ -111,7 +111,7 @@ def is_float64(value: object) -> bool:
 
 
 def array_of(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
-    """Return an argument as an array of numbers; raises SettingError."""
+    """Return an argument as an array of numbers, row by row; raises SettingError."""
     try:
         array = np.asarray(value)
         got = f"of {array.dtype}"
@@ -124,4 +124,4 @@ def array_of(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
     if not is_usable:
         what = "whole numbers" if wanted is np.int64 else "numbers"
         raise SettingError(f"{name}: expected an array of {what}, got one {got}")
-    return array.astype(wanted, copy=False)
+    return array.astype(wanted, order="C", copy=False)

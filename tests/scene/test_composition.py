@@ -87,6 +87,12 @@ def test_a_wrong_argument_is_named(changes, message):
     assert "\n" not in str(caught.value) and "--" not in str(caught.value)
 
 
+def test_columns_in_memory_make_the_same_picture():
+    columns = Scene.from_arrays(np.asfortranarray(QUAD), np.asfortranarray(HALVES))
+    rows = Scene.from_arrays(QUAD, HALVES)
+    np.testing.assert_array_equal(picture(columns), picture(rows))
+
+
 def test_bytes_are_srgb_and_floats_are_linear():
     codes = np.array([[188, 0, 255]] * 4, np.uint8)
     mesh = Mesh.from_arrays(QUAD, HALVES, colors=codes)
