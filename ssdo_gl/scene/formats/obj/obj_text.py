@@ -11,6 +11,8 @@ from ssdo_gl.scene.scene_error import SceneError
 def logical_lines(path: Path, where: str) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line, those joined that end with a backslash.
 
+    But for comments: one that ends with a folder's name would take a vertex with it.
+
     Raises
     ------
     SceneError
@@ -29,7 +31,8 @@ def logical_lines(path: Path, where: str) -> Iterator[tuple[int, str]]:
         lines = [_decoded(line) for line in data.split(b"\n")]
     pending: list[str] = []
     for number, line in enumerate(lines, 1):
-        if line.endswith("\\") or line.rstrip().endswith("\\"):
+        goes_on = line.endswith("\\") or line.rstrip().endswith("\\")
+        if goes_on and (pending or not line.lstrip().startswith("#")):
             pending.append(line.rstrip()[:-1])
             continue
         if pending:

@@ -39,6 +39,11 @@ def test_tabs_comments_and_continued_lines(write: Write) -> None:
     assert load_scene(write({"a.obj": text.replace("\n", "\r\n")})).triangle_count == 1
 
 
+def test_a_comment_that_ends_with_a_backslash_takes_no_vertex_with_it(write: Write) -> None:
+    text = "# from C:\\models\\\n" + SQUARE + "f 1 2 3 4\n"
+    assert len(load_scene(write({"a.obj": text})).meshes[0].positions) == 4
+
+
 def test_normals_and_coordinates(write: Write) -> None:
     text = SQUARE + "vn 0 0 3\nvt 0 0\nvt 0.5 0.25 0\nvt 1\nf 1/1/1 2/2/1 3/3/1\n"
     mesh = load_scene(write({"a.obj": text})).meshes[0]
