@@ -73,7 +73,7 @@ class FarFieldSettings:
         high=64,
     )
     moving_outline_rays: int = setting(
-        16,
+        32,
         "the same where fewer than 3 of the 8 pixels around show the same surface",
         unit="rays",
         low=0,

@@ -243,7 +243,7 @@ def test_beside_bodies_that_move_pixels_have_half_as_many_rays_again_as_at_rest(
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=2, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5, 16, 16, 1, False)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 32, 16, 1, False)
     assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 16, 4, True)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
@@ -253,7 +253,7 @@ def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
 
 
 def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`effects/moving_numbers.frag`: fewer at contacts and outlines, 32 where nothing is known."""
+    """`effects/moving_numbers.frag`: fewer at contacts and outlines, 48 where nothing is known."""
     made: list[Any] = []
     original = moving_rays.numbers_of_rays
 
@@ -263,12 +263,12 @@ def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(moving_rays, "numbers_of_rays", noted)
     shares = []
-    with Renderer(STAIRS, settings(**{"far_field.moving_lost_rays": 32})) as renderer:
+    with Renderer(STAIRS, settings(**{"far_field.moving_lost_rays": 48})) as renderer:
         for step in (0.0, 0.01, 0.02, 20.0):
             renderer.draw(("beauty",), camera=moved(step))
         for numbers, _ in made:
             found = abs(np.frombuffer(numbers.read(), np.int32))
-            shares.append(float((found[found > 0] == 32).mean()))
+            shares.append(float((found[found > 0] == 48).mean()))
     # The first frame has probes, and the second knows of no surface of one before.
     assert len(shares) == 3
     assert shares[0] == 0.0
