@@ -102,18 +102,33 @@ def test_over_a_part_of_a_pixel_it_is_the_integral(gl, shaders, width):
     assert found.mean() == pytest.approx(wanted.mean(), rel=0.01)
 
 
+def over_ellipses(s, x, y):
+    """Return the mean of GGX over ellipses about s (n, 2) with half diameters x and y."""
+    nodes, weights = np.polynomial.legendre.leggauss(128)
+    share, turn = 0.5 + 0.5 * nodes, np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
+    around = np.cos(turn)[:, None] * x[:, None] + np.sin(turn)[:, None] * y[:, None]
+    inside = s[:, None, None] + np.sqrt(share)[:, None, None] * around[:, None]
+    return np.einsum("nij,i->n", ggx(inside), 0.5 * weights) / len(turn)
+
+
 def test_over_a_disk_of_light_it_is_the_integral(gl, shaders):
     rng = np.random.default_rng(4)
     s, radius = rng.normal(size=(300, 2)) * 3.0, np.abs(rng.normal(size=300)) * 2.0
     radius[:20] = 0.0
     found = called(gl, shaders, "mean_over_disk(s, radius)", {"s": s, "radius": radius})
-    nodes, weights = np.polynomial.legendre.leggauss(128)
-    share, turn = 0.5 + 0.5 * nodes, np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
-    around = np.stack([np.cos(turn), np.sin(turn)], -1)
-    at = radius[:, None] * np.sqrt(share)
-    inside = s[:, None, None] + at[:, :, None, None] * around
-    wanted = np.einsum("nij,i->n", ggx(inside), 0.5 * weights) / len(turn)
+    wanted = over_ellipses(s, radius[:, None] * [1.0, 0.0], radius[:, None] * [0.0, 1.0])
     np.testing.assert_allclose(found, wanted, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("width", "tolerance"), [(0.1, 0.03), (1.0, 0.01), (10.0, 0.012)])
+def test_over_an_ellipse_of_light_it_is_the_integral(gl, shaders, width, tolerance):
+    """Of the largest: of a polygon, and of a disk where it is narrower than a quarter."""
+    rng = np.random.default_rng(5)
+    x, y = width * rng.normal(size=(2, 300, 2))
+    s = rng.normal(size=(300, 2)) * (1.0 + width)
+    found = called(gl, shaders, "mean_over_ellipse(s, mat2(x, y))", {"s": s, "x": x, "y": y})
+    wanted = over_ellipses(s, x, y)
+    assert np.abs(found - wanted).max() < tolerance * wanted.max()
 
 
 def test_without_a_footprint_or_a_curve_it_is_that_of_the_centre(gl, shaders):
