@@ -146,13 +146,13 @@ void main()
     // In a light's own plane, where it gives nothing, visibility has no meaning.
     bool is_lit = is_surface && largest_component(irradiance) > 0.0;
 #if TRACES_PENUMBRAE
-    visibility = vec2(is_lit ? penumbra(light, n_vs, horizon_vs, lift, texel) : 1.0);
+    visibility = is_lit ? penumbra(light, n_vs, horizon_vs, lift, texel) : vec2(1.0);
 #if GLOSSY && LIGHT_FORM == FORM_AREA
     // Where all or nothing of a rectangle is open, so is what the lobe sees of it.
     Brdf brdf = brdf_at(texel);
     if (is_glossy(brdf) && visibility.x > 0.0 && visibility.x < 1.0) {
         Light seen = part_of_rectangle(light, seen_by_lobe(brdf, light, p_vs, n_vs));
-        visibility.y = penumbra(seen, n_vs, horizon_vs, lift, texel);
+        visibility.y = penumbra(seen, n_vs, horizon_vs, lift, texel).x;
     }
 #endif
 #else
@@ -177,7 +177,7 @@ void main()
 #endif
 #if GLOSSY
     LightGloss reflected = gloss_of_light(
-        brdf_at(texel), light, p_vs, n_vs, irradiance, visibility.y);
+        brdf_at(texel), light, p_vs, n_vs, irradiance, visibility);
     irradiance = reflected.irradiance;
     o_gloss = vec4(is_surface ? reflected.radiance : vec3(0.0), 0.0);
 #endif

@@ -12,9 +12,9 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
 }
 #endif
 
-// `irradiance`: what arrives; `visibility` of what the lobe sees of a rectangle.
+// `irradiance`: what arrives, which is x of `visibility`; y of what the lobe sees of the light does.
 LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irradiance,
-                          float visibility)
+                          vec2 visibility)
 {
     if (!is_glossy(brdf) || !(largest_component(irradiance) > 0.0)) {
         return LightGloss(irradiance, vec3(0.0));
@@ -23,9 +23,11 @@ LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irr
 #if LIGHT_FORM != FORM_AREA
     vec3 w = toward_light(light, p_vs);
     float d = distribution_of_light(light, p_vs, n_vs, alpha_of(brdf.roughness));
-    return gloss_along(brdf, n_vs, w_out, w, irradiance, d);
+    LightGloss reflected = gloss_along(brdf, n_vs, w_out, w, irradiance, d);
+    reflected.radiance *= visibility.y / visibility.x;
+    return reflected;
 #else
-    vec3 radiance = light.power * visibility * gloss_of_area(brdf, light, p_vs, n_vs, w_out);
+    vec3 radiance = light.power * visibility.y * gloss_of_area(brdf, light, p_vs, n_vs, w_out);
     return LightGloss(irradiance, radiance);
 #endif
 }

@@ -80,9 +80,27 @@ vec4 weights_along(vec4 of_n, vec4 of_m, vec4 size_2)
     return weight * vec4(greaterThan(of_m, vec4(0.0)));
 }
 
+#if GLOSSY && LIGHT_FORM == FORM_PARALLEL
+// Lobes are no narrower here than this part of a light: four points are counted at one place.
+const float LEAST_PART = 0.125;
+
+// How much a glossy surface that is looked at along w_out reflects of four points' light, over their
+// irradiance: by the distribution of its facets.
+vec4 facets_along(vec3 n, vec3 w_out, float alpha, mat4x3 ways, vec4 size_2)
+{
+    vec4 inverse = inversesqrt(max(size_2, 1e-30));
+    vec4 d;
+    for (int i = 0; i < 4; ++i) {
+        d[i] = ggx_distribution(n, half_vector(n, w_out, ways[i] * inverse[i]), alpha);
+    }
+    return d;
+}
+#endif
+
 // How much of the light from `points` comes from `some` of them: four points of a line count as many in
-// the middle of them.
-float share_of(uvec4 some[SHAFT_GROUPS], uvec4 points[SHAFT_GROUPS], Shaft shaft, vec3 n_vs, vec3 m_vs)
+// the middle of them. y: of what the lobe of `pixel` reflects of a sun.
+vec2 share_of(uvec4 some[SHAFT_GROUPS], uvec4 points[SHAFT_GROUPS], Shaft shaft, vec3 n_vs, vec3 m_vs,
+              ivec2 pixel)
 {
     vec3 n = u_ns_from_vs * n_vs;
     vec3 m = u_ns_from_vs * m_vs;
@@ -90,6 +108,12 @@ float share_of(uvec4 some[SHAFT_GROUPS], uvec4 points[SHAFT_GROUPS], Shaft shaft
     mat3 way = shaft.way * (1.0 / max(length(shaft.way[0]), 1e-30));
     vec3 along = way * vec3(0.0, u_shaft_step);
     float along_2 = max(dot(along, along), 1e-30);
+#if GLOSSY && LIGHT_FORM == FORM_PARALLEL
+    Brdf brdf = brdf_at(pixel);
+    vec3 w_out = u_ns_from_vs * toward_camera(gbuffer_position_vs(pixel));
+    float alpha = max(alpha_of(brdf.roughness), LEAST_PART * length(way[1]));
+    vec2 reflected = vec2(0.0);
+#endif
     vec2 weights = vec2(0.0);
     for (int g = 0; g < SHAFT_GROUPS; ++g) {
         // Of each line: its first point, and where it comes nearest.
@@ -109,29 +133,39 @@ float share_of(uvec4 some[SHAFT_GROUPS], uvec4 points[SHAFT_GROUPS], Shaft shaft
             vec4 from_foot = place - foot;
             vec4 weight = weights_along(of_n + place * dot(along, n), of_m + place * dot(along, m),
                                         nearest_2 + from_foot * from_foot * along_2);
-            weights += vec2(dot(weight, vec4(open >> (4u * uint(i)) & 15u)),
-                            dot(weight, vec4(asked >> (4u * uint(i)) & 15u)));
+            vec4 open_four = vec4(open >> (4u * uint(i)) & 15u);
+            vec4 asked_four = vec4(asked >> (4u * uint(i)) & 15u);
+            weights += vec2(dot(weight, open_four), dot(weight, asked_four));
+#if GLOSSY && LIGHT_FORM == FORM_PARALLEL
+            weight *= facets_along(n, w_out, alpha, first + outerProduct(along, vec4(place)),
+                                   nearest_2 + from_foot * from_foot * along_2);
+            reflected += vec2(dot(weight, open_four), dot(weight, asked_four));
+#endif
         } while (++i < 8);
     }
-    return weights.y > 0.0 ? weights.x / weights.y : 1.0;
+    vec2 share = vec2(weights.y > 0.0 ? weights.x / weights.y : 1.0);
+#if GLOSSY && LIGHT_FORM == FORM_PARALLEL
+    share.y = reflected.y > 0.0 ? reflected.x / reflected.y : share.x;
+#endif
+    return share;
 }
 
 // How much of the light reaches a pixel. All pixels ask for the same points, frame after frame
-// while the view moves: what is wrong then moves with the surface instead of flickering.
-float penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
+// while the view moves: what is wrong then moves with the surface instead of flickering. y: as in share_of.
+vec2 penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
 {
     Shaft shaft = shaft_toward(light, n_vs, lift, pixel);
     ShaftPoints points = shaft_open_points(shaft);
     if (!shaft_is_any(points.open)) {
-        return 0.0;
+        return vec2(0.0);
     }
     // All or nothing, however much each of them counts.
-    float seen = 1.0;
+    vec2 seen = vec2(1.0);
     if (!shaft_are_same(points.left, u_shaft_points)) {
-        seen = share_of(points.left, u_shaft_points, shaft, n_vs, m_vs);
+        seen = share_of(points.left, u_shaft_points, shaft, n_vs, m_vs, pixel);
     }
     if (!shaft_are_same(points.open, points.asked)) {
-        seen *= share_of(points.open, points.asked, shaft, n_vs, m_vs);
+        seen *= share_of(points.open, points.asked, shaft, n_vs, m_vs, pixel);
     }
     return seen;
 }

@@ -101,6 +101,21 @@ def test_lobes_see_lamps_past_what_stands_before_them(roughness):
     assert error("gi") < 0.5 * error("bounce")
 
 
+@pytest.mark.parametrize(("roughness", "error"), [(0.3, 0.12), (0.5, 0.06)])
+def test_lobes_see_the_part_of_a_sun_that_is_open(roughness, error):
+    """Errors of .077 and .046 of the mean were measured, .55 and .12 as if it was spread evenly."""
+    black = Material((0.0, 0.0, 0.0))
+    floor = dataclasses.replace(black, specular=1.0, roughness=roughness)
+    bars = [box((x, 0.0, -1.02), (x + 0.06, 1.6, -0.98)) for x in np.arange(-1, 1, 0.2)]
+    objects = [SceneObject(0, 0), *(SceneObject(i + 1, 1) for i in range(len(bars)))]
+    scene = make_scene([FLOOR, *bars], materials=[floor, black], objects=objects, camera=CAMERA)
+    sun = DirectionalLight((0.1, -0.6, 1.0), (2.0, 2.0, 2.0), angle=12.0)
+    scene = dataclasses.replace(scene, lights=(sun,))
+    true = direct(scene, "gi", "specular", shadows="traced", shadow_rays=1024)
+    found = direct(scene, "gi", "specular")
+    assert np.sqrt(np.mean((found - true) ** 2)) < error * true.mean()
+
+
 def test_points_near_a_wide_lamp_count_as_much_as_they_send():
     """Half hidden, close to the floor: most of the light comes from the nearest points."""
     lamp = RectangleLight((-1.0, 0.3, -1.2), (2.0, 0, 0), (0, 0, 2.0), (4.0, 4.0, 4.0))
