@@ -104,6 +104,17 @@ def test_place_and_scale_do_not_show(device, shaders, base, record, method, plac
         record(f"{place}: pixels", label(method), flipped, FLIPPED_PIXELS, "share changed")
 
 
+@pytest.mark.parametrize("factor", [1e12, 1e-12])
+def test_no_scale_of_objects_turns_normals(device, shaders, factor):
+    """Products of lengths, and their squares, overflow or vanish where lengths do not."""
+    scenes = room(), transformed(room(), scaled(factor))
+    before, other = (
+        drawn(device, shaders, scene, ("direct", None), images=("normal_ws",))["normal_ws"][..., :3]
+        for scene in scenes
+    )
+    assert np.mean(np.abs(other - before).max(axis=-1) > 1e-3) < FLIPPED_PIXELS
+
+
 @pytest.mark.parametrize("method", METHODS, ids=label)
 def test_a_mirrored_scene_gives_the_mirrored_image(device, shaders, base, record, method):
     before = base(method)
