@@ -55,6 +55,11 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         ("a.obj", OBJ.encode() + b"f 0 1 2\n", ["v 0"]),
         ("a.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", ["no triangle with an area"]),
         ("a.obj", b"v nan 0 0\nv 1 1 1\nv 2 5 2\nf 1 2 3\n", ["no triangle with an area"]),
+        (
+            "a.obj",
+            b"v 1.#IND -1.#QNAN 0\nv 1 1 1\nv 2 5 2\nf 1 2 3\n",
+            ["no triangle with an area"],
+        ),
         ("a.obj", bytes(range(256)) * 8, ["no triangle"]),
         ("a.ply", b"", ["not a readable PLY"]),
         ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", ["a.ply"]),
@@ -66,6 +71,7 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         ("a.off", b"OFF\n3 1 0\n0 0 0\n", ["not a readable OFF"]),
         ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", ["not a readable OFF"]),
         ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", ["no triangle with an area"]),
+        ("a.off", b"OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 1 0\n", ["before its 2 faces"]),
     ],
 )
 def test_a_bad_model_is_refused_in_one_line(

@@ -7,6 +7,7 @@ and rounds material colours to eight bits.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,6 +27,8 @@ from ssdo_gl.scene.scene_error import SceneError
 
 # Elements that are not drawn; two-cornered faces are lines.
 _NOT_DRAWN = {"l": "lines", "curv": "curves", "surf": "surfaces"}
+# Numbers that are none, as old Microsoft runtimes print them: no comment begins at their "#".
+_NOT_FINITE = re.compile(r"[+-]?\d\.#(IND|INF|QNAN|SNAN)\d*")
 
 
 @dataclass
@@ -173,7 +176,7 @@ def _parse(path: Path, where: str) -> _Contents:
     material = ""
     rows = {"v": contents.positions, "vt": contents.uvs, "vn": contents.normals}
     for number, line in logical_lines(path, where):
-        words = (line.split("#", 1)[0] if "#" in line else line).split()
+        words = (_NOT_FINITE.sub("nan", line).split("#", 1)[0] if "#" in line else line).split()
         if not words:
             continue
         key = words[0]

@@ -46,11 +46,13 @@ def parse_off(data: bytes) -> list[PolygonMesh]:
         raise ValueError("it is empty")
     layout, at = _header(lines)
     counts: list[int] = []
-    while len(counts) < 2:
+    # The third, of edges, may be missing: what then follows is a vertex, of several numbers.
+    while len(counts) < 2 or (len(counts) == 2 and at < len(lines) and len(lines[at]) == 1):
         if at >= len(lines):
             raise ValueError("it does not say how many vertices and faces it holds")
-        counts += [_integer(word) for word in lines[at][: 3 - len(counts)]]
-        at += 1
+        words, lines[at] = lines[at], lines[at][3 - len(counts) :]
+        counts += [_integer(word) for word in words[: 3 - len(counts)]]
+        at += not lines[at]
     vertex_count, face_count = counts[:2]
     if vertex_count + face_count > len(data):
         raise ValueError(f"it ends before its {vertex_count} vertices do")
@@ -207,9 +209,14 @@ def _add_faces(mesh: PolygonMesh, lines: list[list[str]], at: int, count: int) -
             at += 1
         corners += [_integer(word) for word in words[1 : size + 1]]
         counts.append(size)
+        rest = words[size + 1 :]
+        if len(rest) >= 4 and len(lines) - at < count - face - 1:
+            # Too few lines for the other faces: they follow on this one.
+            at -= 1
+            lines[at] = rest
         # One number would be an entry of a colour map that the file does not hold.
-        if len(words) - size - 1 in (3, 4):
-            colors[face] = words[size + 1 :]
+        elif len(rest) in (3, 4):
+            colors[face] = rest
     mesh.corners = np.array(corners, dtype=np.int64)
     mesh.counts = np.array(counts, dtype=np.int64)
     if colors and mesh.colors is None:

@@ -251,6 +251,12 @@ CASES = {
     "OFF vertices on one line": Case(
         ".off", off("OFF", SQUARE.replace("\n", " ") + "\n", "4 0 1 2 3"), 1.0
     ),
+    "OFF counts on three lines": Case(
+        ".off", b"OFF\n4\n2\n5\n" + SQUARE.encode() + b"3 0 1 2\n3 0 2 3\n", 1.0
+    ),
+    "OFF on one line": Case(
+        ".off", off("OFF", SQUARE, "3 0 1 2", "3 0 2 3").replace(b"\n", b" "), 1.0
+    ),
     "COFF": Case(
         ".off", off("COFF", SQUARE.replace("\n", " 255 128 0 255\n"), "4 0 1 2 3"), 1.0, ONE
     ),
