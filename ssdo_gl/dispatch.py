@@ -123,8 +123,6 @@ def _tuned(
     if run.error_reference is not None and not wants_error:
         raise UsageError("--truth belongs to --max-error E of a method that is no reference")
     if run.budget_ms is None and not wants_error:
-        if run.recalibrate:
-            raise UsageError("--recalibrate belongs to --budget-ms T or --max-error E")
         return settings
     if run.budget_ms is not None and wants_error:
         raise UsageError("--budget-ms and --max-error: give one of them")
@@ -151,7 +149,6 @@ def _tuned(
             camera=camera,
             backend=run.backend,
             allow_rays=run.snapshot is not None,
-            recalibrate=run.recalibrate,
         )
     if not choice.holds:
         print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)

@@ -112,7 +112,6 @@ class RunOptions:
         choices=("near", "gi"),
         flag_name="truth",
     )
-    recalibrate: bool = _quality(False, "measure anew for --max-error, as --budget-ms always does")
     frames: int = _running(
         1, "frames to time after a warm-up", low=1, high=1_000_000, metavar="K", modes=modes.STILLS
     )

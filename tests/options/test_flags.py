@@ -25,7 +25,7 @@ EXPECTED = {
     modes.ALL: "camera projection two_sided exposure combine bounces shadow_rays radius seed "
     "shadows effects overrides backend quiet light no_default_light normals crease_angle up ground",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
-    "preset budget_ms error_reference recalibrate background",
+    "preset budget_ms error_reference background",
     modes.FRAMES: "antialias",
     modes.HEADLESS: "snapshot explain",
     modes.STILLS: "frames stats",

@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.measure import (
@@ -29,8 +30,20 @@ from ssdo_gl.bench.measure import (
 )
 from ssdo_gl.bench.presets import PresetRung, read_ladder
 from ssdo_gl.bench.statistics import draw, rmse_interval
-from ssdo_gl.bench.tuning.calibration import Calibrated, Calibration, opened
-from ssdo_gl.bench.tuning.tune import CALIBRATION_FRAMES, CannotTuneError, Choice, check_usable
+from ssdo_gl.bench.storage import (
+    BenchError,
+    read_json,
+    replace_json,
+    say_not_kept,
+    usual_folder,
+)
+from ssdo_gl.bench.tuning.tune import (
+    CALIBRATION_FRAMES,
+    CannotTuneError,
+    Choice,
+    check_usable,
+    opened,
+)
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -48,6 +61,8 @@ CALIBRATION_GOALS = {"near": 0.03, "gi": 0.01}
 CALIBRATION_SECONDS = 20.0
 # What an error is relative to.
 MEANS = {"near": "the mean", "gi": "the mean of all light"}
+# What is said to be measured again next time, where the cache cannot be written.
+_WHAT = "measured errors"
 
 
 @dataclass(frozen=True)
@@ -108,7 +123,6 @@ def choose_for_error(
     backend: str = "auto",
     device: Device | None = None,
     allow_rays: bool = True,
-    recalibrate: bool = False,
 ) -> Choice:
     """Return the cheapest measured setting whose error is at most `max_error`.
 
@@ -124,8 +138,6 @@ def choose_for_error(
     allow_rays : bool
         Whether the reference itself may be chosen where no screen-space setting is
         accurate enough; for a window it may not.
-    recalibrate : bool
-        Whether to forget what was measured before.
 
     Raises
     ------
@@ -137,7 +149,7 @@ def choose_for_error(
     panel = panel_for(settings, against)
     found = candidates(methods_for(settings, panel), read_ladder().rungs)
     with opened(scene, settings, camera, backend, device) as (renderer, base):
-        calibration = Calibration()
+        folder = usual_folder("calibration", _WHAT)
         key = fingerprint(
             "errors",
             machine_class(renderer.device),
@@ -146,21 +158,37 @@ def choose_for_error(
             shader_fingerprint(("",)),
             panel.name,
         )
-        known = None if recalibrate else Calibrated.read(calibration.load(key))
-        start = time.perf_counter()
-        if known is None or set(known.values) != {item.label for item in found}:
-            known = Calibrated.now(measured_errors(renderer, base, panel, found, ReferenceCache()))
-            calibration.save(key, dataclasses.asdict(known))
+        path = None if folder is None else folder / f"{key}.json"
+        errors, how = _kept_errors(path, found), "calibrated before"
+        if errors is None:
+            start = time.perf_counter()
+            errors = measured_errors(renderer, base, panel, found, ReferenceCache())
             how = f"calibrated in {time.perf_counter() - start:.1f} s"
-        else:
-            how = f"calibrated {known.date}; --recalibrate measures again"
+            _keep_errors(path, errors)
 
         def cost_ms(candidate: MethodRung) -> float:
             single = dataclasses.replace(base, antialias=1)
             times = renderer.timed(candidate.applied(single), ("beauty",), CALIBRATION_FRAMES)
             return times.process_ms if renderer.device.is_software else times.frame_ms
 
-        return within_error(base, max_error, panel, found, known.values, how, allow_rays, cost_ms)
+        return within_error(base, max_error, panel, found, errors, how, allow_rays, cost_ms)
+
+
+def _kept_errors(path: Path | None, chosen: Sequence[MethodRung]) -> dict[str, float] | None:
+    """Return what `measured_errors` found of the same candidates before; None if unknown."""
+    errors = None if path is None else read_json(path)
+    if not isinstance(errors, dict) or set(errors) != {item.label for item in chosen}:
+        return None
+    are_errors = all(isinstance(e, float) and math.isfinite(e) and e > 0.0 for e in errors.values())
+    return errors if are_errors else None
+
+
+def _keep_errors(path: Path | None, errors: Mapping[str, float]) -> None:
+    try:
+        if path is not None:
+            replace_json(path, errors)
+    except BenchError as error:
+        say_not_kept(_WHAT, error)
 
 
 def measured_errors(

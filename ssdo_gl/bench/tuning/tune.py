@@ -10,14 +10,15 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.measure import BenchRenderer, is_busy, load_average
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
-from ssdo_gl.bench.tuning.calibration import opened
-from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -66,6 +67,24 @@ def check_usable(settings: Settings) -> None:
         raise CannotTuneError(
             f"--method {settings.method}: --budget-ms and --max-error choose settings of {valid}"
         )
+
+
+@contextmanager
+def opened(
+    scene: Scene, settings: Settings, camera: Camera | None, backend: str, device: Device | None
+) -> Iterator[tuple[BenchRenderer, Settings]]:
+    """Yield a renderer for one calibration and its settings; close what was opened for it."""
+    used = device or create_context(backend)
+    if camera is not None:
+        scene = dataclasses.replace(scene, camera=camera)
+    # What is asked of the choice is not what the references should stop at.
+    unbounded = dataclasses.replace(settings, max_error=None)
+    try:
+        with Renderer(scene, unbounded, device=used) as renderer:
+            yield BenchRenderer(renderer), renderer.settings
+    finally:
+        if device is None:
+            used.release()
 
 
 def choose_for_budget(
