@@ -133,11 +133,18 @@ float parallelogram_cosine_integral(vec3 c, vec3 u, vec3 v, vec3 n, vec3 m)
     return -0.5 * sum;
 }
 
+// Normal of a rectangle, not of unit length: products of lengths would overflow or vanish.
+vec3 front_of(Light light)
+{
+    return cross(light.axis_vs / largest_component(light.axis_vs),
+                 light.second_axis_vs / largest_component(light.second_axis_vs));
+}
+
 // Irradiance of a rectangle light at `p`; 0 on its dark side, in its plane and on it.
 vec3 rectangle_irradiance(Light light, vec3 p_vs, vec3 n_vs, vec3 m_vs)
 {
     vec3 c = light.place_vs - p_vs;
-    vec3 normal = cross(light.axis_vs, light.second_axis_vs);
+    vec3 normal = front_of(light);
     float height = -dot(c, normal);
     float rounding = LIGHT_ROUNDING * length(normal)
                    * (largest_component(p_vs) + largest_component(light.place_vs));
@@ -152,8 +159,9 @@ vec3 rectangle_irradiance(Light light, vec3 p_vs, vec3 n_vs, vec3 m_vs)
 // FLOAT_MAX if it does not.
 float rectangle_distance(Light light, vec3 p_vs, vec3 w)
 {
-    vec3 u = light.axis_vs;
-    vec3 v = light.second_axis_vs;
+    vec2 size = vec2(largest_component(light.axis_vs), largest_component(light.second_axis_vs));
+    vec3 u = light.axis_vs / size.x;
+    vec3 v = light.second_axis_vs / size.y;
     vec3 normal = cross(u, v);  // not unit length; the front is on its side
     vec3 from_centre = p_vs - light.place_vs;
     float height = dot(from_centre, normal);
@@ -161,12 +169,13 @@ float rectangle_distance(Light light, vec3 p_vs, vec3 w)
     // Towards the plane: the height and its rate of change have opposite signs.
     bool approaches = height * rate < 0.0;
     float t = -height / (approaches ? rate : 1.0);
-    // Coordinates in the plane by the dual basis of (u, v): -1..1 inside.
+    // Coordinates in the plane by the dual basis of (u, v): -size..size inside.
     vec3 offset = (from_centre + t * w) / max(dot(normal, normal), 1e-37);
     float a = dot(offset, cross(v, normal));
     float b = dot(offset, cross(normal, u));
     bool emits_here = height > 0.0 || light.two_sided;
-    return emits_here && approaches && max(abs(a), abs(b)) <= 1.0 ? t : FLOAT_MAX;
+    bool is_inside = abs(a) <= size.x && abs(b) <= size.y;
+    return emits_here && approaches && is_inside ? t : FLOAT_MAX;
 }
 
 // The point of the rectangle at `u` in the unit square.
@@ -180,6 +189,6 @@ vec3 rectangle_point(Light light, vec2 u)
 // Unit normal of the rectangle on the side of p_vs.
 vec3 rectangle_normal(Light light, vec3 p_vs)
 {
-    vec3 n = normalize(cross(light.axis_vs, light.second_axis_vs));
+    vec3 n = normalize(front_of(light));
     return dot(p_vs - light.place_vs, n) < 0.0 ? -n : n;
 }

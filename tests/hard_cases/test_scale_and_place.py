@@ -64,7 +64,7 @@ def base(device, shaders):
 
 
 @pytest.mark.parametrize("method", METHODS, ids=label)
-@pytest.mark.parametrize("exponent", [-10, 13])
+@pytest.mark.parametrize("exponent", [-43, -10, 13, 45])
 def test_scaling_by_a_power_of_two_changes_nothing(device, shaders, base, record, method, exponent):
     before = base(method)
     other = drawn(device, shaders, transformed(room(), scaled(2.0**exponent)), method)
