@@ -13,7 +13,7 @@ from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, describe, info_of, shown
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
+from ssdo_gl.settings.settings import LONGEST, MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
 
 def for_pictures(settings: Settings, scene: Scene) -> Settings:
@@ -149,7 +149,8 @@ def resolved(settings: Settings, scene: Scene) -> Settings:
     filled: dict[str, Any] = {}
     if settings.radius is None:
         is_all_light = METHODS[settings.method].is_all_light
-        filled["radius"] = scene.default_radius(is_all_light=is_all_light)
+        radius = scene.default_radius(is_all_light=is_all_light)
+        filled["radius"] = min(LONGEST, max(SHORTEST, radius))
     if settings.exposure is None:
         # Of a scene in odd units it may be beyond what an image can be exposed to.
         exposure = scene.camera.exposure

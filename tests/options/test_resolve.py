@@ -18,7 +18,7 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, values
-from ssdo_gl.settings.settings import MAX_SPP
+from ssdo_gl.settings.settings import LONGEST, MAX_SPP, SHORTEST
 
 
 def test_flags_win_over_the_scene_and_the_scene_over_defaults():
@@ -234,6 +234,12 @@ def test_what_nobody_chose_comes_from_the_scene():
     settings = resolved(Settings(), dataclasses.replace(SCENE, render={}))
     assert settings.radius == SCENE.default_radius()
     assert settings.exposure == SCENE.camera.exposure
+
+
+@pytest.mark.parametrize(("reach", "radius"), [(1e-20, SHORTEST), (1e20, LONGEST)])
+def test_the_default_radius_of_the_smallest_and_largest_scenes_is_in_its_range(reach, radius):
+    scene = dataclasses.replace(SCENE, render={}, reach=reach)
+    assert resolved(Settings(method="bounce"), scene).radius == radius
 
 
 def test_automatic_exposure_is_kept_in_its_range():
