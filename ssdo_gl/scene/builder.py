@@ -145,7 +145,7 @@ class SceneBuilder:
         self._check_counts()
         if self.options.replaces_light:
             self._drop_lamps()
-        has_lamps = bool(self.lights)
+        has_lamps, read_note_count = bool(self.lights), len(self.notes)
         self._add_emitters()
         self._join()
         is_framed = camera is None or self.options.frames_all
@@ -169,6 +169,7 @@ class SceneBuilder:
             title=title,
             purpose=purpose,
             notes=tuple(self.notes),
+            read_note_count=read_note_count,
             loading=self.options,
             reach=self._reach(camera) if exposure is None else SceneData.reach,
             backdrop=defaults.BACKDROP if is_studio or has_ground else None,
@@ -213,8 +214,7 @@ class SceneBuilder:
             environment = self._default_light(camera, "no light in the file")
         # A lamp in a room is of no known strength where it is seen.
         has_key = any(isinstance(light, DirectionalLight) for light in self.lights[lights:])
-        is_usual = self.options.replaces_light or has_key
-        slack = defaults.METERING_SLACK if is_usual else 0.0
+        slack = defaults.METERING_SLACK if self.options.replaces_light or has_key else 0.0
         return camera, environment, slack if exposure is None else None
 
     def _reach(self, camera: Camera) -> float:

@@ -72,8 +72,10 @@ def composed(
     return builder.build(kind, camera, environment, exposure=exposure, render=render, title=title)
 
 
-def extended(scene: SceneKind, parts: Sequence[Part], lights: Sequence[Light]) -> SceneKind:
-    """Return `scene` with more in it.
+def extended(
+    scene: SceneKind, parts: Sequence[Part], lights: Sequence[Light], notes: Iterable[str]
+) -> SceneKind:
+    """Return `scene` with more in it, `notes` first of its notes.
 
     A camera that was chosen to frame the scene frames what it is now, and light that was
     added for want of any yields to `lights`.
@@ -92,6 +94,7 @@ def extended(scene: SceneKind, parts: Sequence[Part], lights: Sequence[Light]) -
         materials=list(scene.materials),
         objects=[item for item in scene.objects if not item.is_ground],
         lights=list(kept),
+        notes=list(dict.fromkeys(notes)),
         joins=False,
     )
     _add(builder, parts, lights)

@@ -30,7 +30,9 @@ class Scene(SceneData):
     render : mapping
         The settings that the scene asks for (``radius``, ``method``, ...); flags win over them.
     notes : tuple of str
-        What the loader has to tell the user: added lights, dropped features.
+        What the loader has to tell the user: dropped features, added lights.
+    read_note_count : int
+        How many of the first notes are about what was read; they stay when more is added.
     camera_motion : Trajectory or None
         Of the scene's own camera.
     cameras : tuple of FileCamera
@@ -166,7 +168,9 @@ class Scene(SceneData):
             if not isinstance(item, Light)
             for part in composition.parts_of(item, material, transform, name)
         ]
-        return composition.extended(self, parts, lights)
+        scenes = [self, *(item for item in items if isinstance(item, SceneData))]
+        notes = [note for scene in scenes for note in scene.notes[: scene.read_note_count]]
+        return composition.extended(self, parts, lights, notes)
 
     def with_camera(self, camera: Camera) -> Scene:
         """Return the scene seen from elsewhere."""

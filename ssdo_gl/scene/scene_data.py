@@ -38,6 +38,7 @@ class SceneData:
     title: str = ""
     purpose: str = ""
     notes: tuple[str, ...] = ()
+    read_note_count: int = 0
     camera_motion: Trajectory | None = None
     cameras: tuple[FileCamera, ...] = ()
     loading: LoadOptions = USUAL

@@ -137,6 +137,14 @@ def test_what_is_added_is_framed_and_replaces_added_light():
     assert seen.add(shapes.box()).camera == seen.camera
 
 
+def test_what_was_told_of_a_file_stays_told(tmp_path):
+    for name, rest in {"lines": "l 1 2\n", "curves": "curv 0 1 2\n"}.items():
+        (tmp_path / f"{name}.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" + rest)
+    lines, curves = (ssdo_gl.load_scene(tmp_path / f"{n}.obj") for n in ("lines", "curves"))
+    assert len(lines.notes) > 1  # of light that is added, too
+    assert lines.add(LAMP).add(curves).notes == ("not drawn: 1 lines", "not drawn: 1 curves")
+
+
 def test_a_part_has_the_same_bytes_however_it_came():
     """A floor with a box on it: in one go, and one after the other."""
     camera = ssdo_gl.Camera.look_at((2, 3, 6), fov_y=40.0)
