@@ -259,7 +259,7 @@ def _print_summary(
     console.print(
         escape(
             f"{stats['renderer']}, OpenGL {stats['gl_version']}, {stats['backend']},"
-            f" {request.scene.triangle_count} triangles"
+            f" {counted(request.scene.triangle_count, 'triangle')}"
         )
     )
     for name, statistics in stats["references"].items():

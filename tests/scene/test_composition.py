@@ -142,7 +142,7 @@ def test_what_was_told_of_a_file_stays_told(tmp_path):
         (tmp_path / f"{name}.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" + rest)
     lines, curves = (ssdo_gl.load_scene(tmp_path / f"{n}.obj") for n in ("lines", "curves"))
     assert len(lines.notes) > 1  # of light that is added, too
-    assert lines.add(LAMP).add(curves).notes == ("not drawn: 1 lines", "not drawn: 1 curves")
+    assert lines.add(LAMP).add(curves).notes == ("not drawn: 1 line", "not drawn: 1 curve")
 
 
 def test_a_part_has_the_same_bytes_however_it_came():

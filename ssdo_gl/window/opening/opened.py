@@ -11,6 +11,7 @@ from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.window.camera import jump_to
 from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.wording import counted
 
 
 def open_file(path: str, viewer: Viewer) -> bool:
@@ -35,7 +36,7 @@ def open_file(path: str, viewer: Viewer) -> bool:
     except Exception as error:
         viewer.say(f"{path}: cannot be opened: {fault_text(error)}", is_fault=True)
         return False
-    viewer.say(f"opened {Path(path).name}: {scene.triangle_count} triangles")
+    viewer.say(f"opened {Path(path).name}: {counted(scene.triangle_count, 'triangle')}")
     return True
 
 

@@ -46,7 +46,7 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
             ["KHR_implicit_shapes", "not supported"],
         ),
         ("a.obj", b"", ["no triangle"]),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", ["no triangle", "only 1 lines"]),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", ["no triangle", "only 1 line"]),
         ("a.obj", b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["'v 0 0'", "3 numbers"]),
         ("a.obj", b"v a b c\nf 1 1 1\n", ["'v a b c'"]),
         ("a.obj", OBJ.encode() + b"f 1 2 9\n", ["v 9", "there are 3"]),

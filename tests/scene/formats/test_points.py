@@ -64,7 +64,7 @@ def test_points_and_faces_of_an_obj_file_are_both_drawn(tmp_path):
     assert scene.triangle_count == 1 + 2 * 8
     bodies = next(m for m in scene.meshes if len(m.triangles) == 16)
     assert sorted(map(tuple, np.round(centers(bodies), 9))) == [(0, 1, 0), (5, 5, 5)]
-    assert any("1 lines" in note for note in scene.notes)
+    assert any("1 line" in note for note in scene.notes)
 
 
 def test_an_obj_file_of_vertices_alone_is_a_cloud(tmp_path):
@@ -79,7 +79,7 @@ def test_points_that_do_not_exist_are_named(tmp_path, word):
 
 
 def test_lines_alone_are_named(tmp_path):
-    with pytest.raises(SceneError, match="only 1 lines"):
+    with pytest.raises(SceneError, match="only 1 line"):
         loaded(tmp_path, "lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n")
 
 

@@ -24,9 +24,10 @@ from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.wording import counted
 
 # Elements that are not drawn; two-cornered faces are lines.
-_NOT_DRAWN = {"l": "lines", "curv": "curves", "surf": "surfaces"}
+_NOT_DRAWN = {"l": "line", "curv": "curve", "surf": "surface"}
 # Numbers that are none, as old Microsoft runtimes print them: no comment begins at their "#".
 _NOT_FINITE = re.compile(r"[+-]?\d\.#(IND|INF|QNAN|SNAN)\d*")
 
@@ -94,7 +95,7 @@ def read_obj(path: Path, where: str) -> Model:
         model.note(f"no material library defines {some_names(missing)}: drawn grey")
     _add_points(model, contents, vertices, where)
     if contents.not_drawn:
-        listed = ", ".join(f"{count} {what}" for what, count in contents.not_drawn.items())
+        listed = ", ".join(counted(count, what) for what, count in contents.not_drawn.items())
         if not model.objects:
             raise SceneError(f"{where}: holds no triangle with an area, only {listed}")
         model.note(f"not drawn: {listed}")
@@ -184,7 +185,7 @@ def _parse(path: Path, where: str) -> _Contents:
             rows[key].append(words[1:])
         elif key in ("f", "fo"):
             if len(words) < 4:
-                contents.not_drawn["lines"] = contents.not_drawn.get("lines", 0) + 1
+                contents.not_drawn["line"] = contents.not_drawn.get("line", 0) + 1
                 continue
             if group is None:
                 group = contents.groups.setdefault(material, _MaterialFaces())

@@ -149,7 +149,7 @@ def test_lines_and_points_are_counted(read, write: Write, error_of: Callable[...
     assert len(model.meshes[0].triangles) == 1
     assert "not drawn: 3 lines" in model.notes
     assert "1 points drawn as small bodies" in model.notes
-    assert "only 1 lines" in error_of(write({"a.obj": SQUARE + "f 1 2\n"}))
+    assert "only 1 line" in error_of(write({"a.obj": SQUARE + "f 1 2\n"}))
 
 
 @pytest.mark.parametrize("step", [1, -1])
