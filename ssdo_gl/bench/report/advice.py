@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
-from typing import Any, Literal
+from typing import Any
 
-from ssdo_gl.bench.analysis import Result, percent, recommend, sureness
+from ssdo_gl.bench.analysis import Result, front_of, percent, recommend, sureness
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import ErrorPanel, error_panels
 from ssdo_gl.bench.presets import FIELDS, NAMES, PresetRung, read_ladder
 from ssdo_gl.bench.report.cells import command_html, folded_command, number, table
-from ssdo_gl.bench.statistics import pareto_front
 
 # What the page asks for before the reader has typed anything; percent.
 USUAL_MS, USUAL_PERCENT = 30.0, 5.0
@@ -21,70 +19,14 @@ RATES = (60, 30, 10, 2)
 PERCENTS = (20.0, 10.0, 5.0, 3.0)
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A setting that may be the answer.
-
-    Attributes
-    ----------
-    ms, error : float
-        What has to be within a bound: an estimate, or the upper end of its interval.
-    """
-
-    result: Result
-    ms: float
-    error: float
-
-
-def candidates(
-    results: Sequence[Result], panel: ErrorPanel, sure_of: Literal["", "have", "bear"] = ""
-) -> list[Candidate]:
-    """Return the settings that no other one beats: by time, and errors fall.
-
-    Parameters
-    ----------
-    sure_of : str
-        Of what the upper end of the 95 % interval counts, and not the estimate: of the time
-        that one has (``have``), of the error that one can bear (``bear``), or of neither.
-    """
-    found = []
-    for result in results:
-        verdict = result.verdicts.get(panel.name)
-        if verdict is not None:
-            ms, error = result.timing.ms, verdict.error
-            pair = (
-                ms.high if sure_of == "have" else ms.value,
-                error.high if sure_of == "bear" else error.value,
-            )
-            found.append(Candidate(result, *pair))
-    front = pareto_front([c.ms for c in found], [c.error for c in found])
-    return [found[i] for i in front]
-
-
-def most_accurate_within(front: Sequence[Candidate], ms: float) -> Candidate | None:
+def most_accurate_within(front: Sequence[Result], ms: float) -> Result | None:
     """Return the member of a front that is most accurate within a time; None if none is."""
-    return next((c for c in reversed(front) if c.ms <= ms), None)
+    return next((r for r in reversed(front) if r.timing.ms.value <= ms), None)
 
 
-def cheapest_within(front: Sequence[Candidate], error: float) -> Candidate | None:
+def cheapest_within(front: Sequence[Result], panel: ErrorPanel, error: float) -> Result | None:
     """Return the member of a front that is fastest within an error; None if none is."""
-    return next((c for c in front if c.error <= error), None)
-
-
-# Also what the page's script says.
-TEXTS = {
-    "have": "The most accurate within this time:",
-    "have none": "Nothing measured is this fast. The fastest:",
-    "bear": "The fastest within this error:",
-    "bear none": "Nothing measured is this accurate. The most accurate:",
-    "sure": "The whole 95 % interval is within the bound.",
-    "not sure": "Nothing measured is surely (95 %) within the bound.",
-    "other": "To be sure (95 %), take ",
-}
-# As the page's script calls them.
-_FRONTS: dict[str, Literal["", "have", "bear"]] = {
-    "likely": "", "surely have": "have", "surely bear": "bear",
-}  # fmt: skip
+    return next((r for r in front if r.verdicts[panel.name].error.value <= error), None)
 
 
 def measured_panels(bench: Bench) -> list[ErrorPanel]:
@@ -96,11 +38,6 @@ def part_errors(panel: ErrorPanel, result: Result) -> dict[str, float]:
     """Return the error of each part that the scene has, worst first."""
     parts = result.verdicts[panel.name].scalars.parts
     return dict(sorted(((n, e) for n, e in parts.items() if e > 0.0), key=lambda item: -item[1]))
-
-
-def _summary(panel: ErrorPanel, result: Result) -> str:
-    error = percent(result.verdicts[panel.name].error.value)
-    return f"{result.point.label}: {number(result.timing.ms.value)} ms, error {error}"
 
 
 def card(bench: Bench, panel: ErrorPanel, result: Result) -> str:
@@ -122,83 +59,45 @@ def card(bench: Bench, panel: ErrorPanel, result: Result) -> str:
     )
 
 
-def answer(bench: Bench, panel: ErrorPanel, asked: Literal["have", "bear"], bound: float) -> str:
-    """Return the answer to a time (``have``, ms) or an error (``bear``, a share).
-
-    The page's script says the same for what its reader types.
-    """
-    likely = candidates(bench.results, panel)
-    surely = candidates(bench.results, panel, asked)
-    if not likely:
-        return ""
-    find = most_accurate_within if asked == "have" else cheapest_within
-    found, sure = find(likely, bound), find(surely, bound)
-    shown = found or likely[0 if asked == "have" else -1]
-    text = TEXTS[asked if found else f"{asked} none"]
-    return (
-        f"<p>{text}</p>{card(bench, panel, shown.result)}"
-        + (_how_sure(bench, panel, found, sure) if found else "")
-    )  # fmt: skip
-
-
-def _how_sure(bench: Bench, panel: ErrorPanel, found: Candidate, sure: Candidate | None) -> str:
-    if sure is None or sure.result is found.result:
-        return f'<p class="note">{TEXTS["sure" if sure else "not sure"]}</p>'
-    return (
-        f"<details><summary>{TEXTS['other']}{escape(_summary(panel, sure.result))}</summary>"
-        f"{card(bench, panel, sure.result)}</details>"
-    )
-
-
-def answer_data(bench: Bench) -> dict[str, Any]:
-    """Return the fronts for the page's script, which looks answers up as `answers` does."""
-    place = {result.point.key: i for i, result in enumerate(bench.results)}
-    panels = [
+def answer_data(bench: Bench) -> list[dict[str, Any]]:
+    """Return the fronts for the page's script, which looks up what its reader types."""
+    return [
         {
-            "name": panel.name,
             "unit": "of the reference's mean" if panel.relative else f"of full {panel.aov}",
-        }
-        | {
-            which: [
-                {"ms": c.ms, "error": c.error, "card": f"{panel.name}-{place[c.result.point.key]}",
-                 "summary": _summary(panel, c.result)}
-                for c in candidates(bench.results, panel, sure_of)
-            ]
-            for which, sure_of in _FRONTS.items()
+            "front": [
+                {
+                    "ms": result.timing.ms.value,
+                    "error": result.verdicts[panel.name].error.value,
+                    "card": f"{panel.name}-{place}",
+                }
+                for place, result in enumerate(front_of(bench.results, panel.name))
+            ],
         }
         for panel in measured_panels(bench)
-    ]  # fmt: skip
-    return {"panels": panels, "texts": TEXTS}
+    ]
 
 
 def answer_section(bench: Bench) -> str:
-    """Return the two questions with their usual answers, and cards for all others."""
+    """Return two questions, and a card for each answer that the page's script may give."""
     panels = measured_panels(bench)
     if not panels:
         return '<p class="note">No error was measured in this run.</p>'
     options = "".join(
         f'<option value="{i}">{escape(panel.title)}</option>' for i, panel in enumerate(panels)
     )
-    fields: dict[Literal["have", "bear"], tuple[str, float, str, float]] = {
-        "have": ("I have", USUAL_MS, "ms a frame", USUAL_MS),
-        "bear": ("I can bear", USUAL_PERCENT, "% error", USUAL_PERCENT / 100.0),
-    }
     boxes = "".join(
         f'<div class="answer"><label>{before} <input type="number" id="{name}" value="{value:g}" '
         f'min="0" step="any" inputmode="decimal"> {after}</label>'
-        f'<div id="{name}-answer" aria-live="polite">{answer(bench, panels[0], name, bound)}</div>'
-        "</div>"
-        for name, (before, value, after, bound) in fields.items()
+        f'<div id="{name}-answer" aria-live="polite"></div></div>'
+        for name, before, value, after in (
+            ("have", "I have", USUAL_MS, "ms a frame"),
+            ("bear", "I can bear", USUAL_PERCENT, "% error"),
+        )
     )
-    cards = {
-        f"{panel.name}-{bench.results.index(c.result)}": card(bench, panel, c.result)
-        for panel in panels
-        for sure_of in _FRONTS.values()
-        for c in candidates(bench.results, panel, sure_of)
-    }
     templates = "".join(
-        f'<template id="card-{escape(name)}">{content}</template>'
-        for name, content in cards.items()
+        f'<template id="card-{escape(panel.name)}-{place}">{card(bench, panel, result)}</template>'
+        for panel in panels
+        for place, result in enumerate(front_of(bench.results, panel.name))
     )
     width, height = bench.base.size
     return (
@@ -221,25 +120,24 @@ def recommendations(bench: Bench) -> str:
 def usual_answers(bench: Bench) -> str:
     """Return the answers to usual times and errors by the first panel, for paper."""
     panel = measured_panels(bench)[0]
-    front = candidates(bench.results, panel)
+    front = front_of(bench.results, panel.name)
     asked = [
         (f"{rate} frames a second: {1000 / rate:.3g} ms", most_accurate_within(front, 1000 / rate))
         for rate in RATES
     ]
-    asked += [(f"{p:g} % error", cheapest_within(front, p / 100.0)) for p in PERCENTS]
+    asked += [(f"{p:g} % error", cheapest_within(front, panel, p / 100.0)) for p in PERCENTS]
     rows = []
     for question, found in asked:
         if found is None:
             rows.append([question, "nothing measured", "", "", ""])
             continue
-        result, verdict = found.result, found.result.verdicts[panel.name]
         rows.append(
             [
                 question,
-                escape(result.point.label),
-                number(found.ms),
-                percent(verdict.error.value),
-                folded_command(bench.command(result.point)),
+                escape(found.point.label),
+                number(found.timing.ms.value),
+                percent(found.verdicts[panel.name].error.value),
+                folded_command(bench.command(found.point)),
             ]
         )
     return table(("bound", "setting", "ms", "error", "command"), rows, "Answers to usual bounds")

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ssdo_gl.bench.report import key
-
 # About as wide as a telephone and as a third of the page, so that text is as large as the page's.
 WIDTH, HEIGHT = 400.0, 310.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 10.0, 42.0
@@ -133,37 +131,11 @@ def svg_element(content: str, height: float, title: str) -> str:
 
 @dataclass(frozen=True)
 class Figure:
-    """A chart of a page.
-
-    Attributes
-    ----------
-    title, note : str
-        What is said above and below.
-    svg : str
-        The drawing, as `svg_element` returns it.
-    height : float
-        Of the drawing.
-    entries : sequence of (str, str)
-        Its key (`key.entries`).
-    """
+    """A chart of a page, and what is said above and below it."""
 
     title: str
     svg: str
-    entries: Sequence[tuple[str, str]]
     note: str = ""
-    height: float = HEIGHT
-
-
-def standalone(figure: Figure) -> bytes:
-    """Return a chart of a page as a file: with its colours, on paper, with its key below."""
-    legend, bottom = key.key_svg(figure.entries, WIDTH, figure.height + 8.0)
-    style = f":root{{{LIGHT}{key.css_colors()}}}{key.css_classes()}{CHART_CSS}"
-    start, _, rest = figure.svg.partition(">")
-    start = start.replace(f"0 0 {WIDTH:g} {figure.height:g}", f"0 0 {WIDTH:g} {bottom:g}")
-    start += f' xmlns="http://www.w3.org/2000/svg" width="{2 * WIDTH:g}" height="{2 * bottom:g}"'
-    paper = f'<rect width="{WIDTH:g}" height="{bottom:g}" fill="var(--paper)"/>'
-    whole = rest.removesuffix("</svg>") + legend + "</svg>"
-    return f"{start}><style>{style}</style>{paper}{whole}".encode()
 
 
 def _range(values: Sequence[float]) -> tuple[float, float]:

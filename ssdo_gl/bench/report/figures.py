@@ -61,7 +61,7 @@ def front_chart(bench: Bench, panel: ErrorPanel) -> Figure:
     _numbers(chart, front, panel)
     if not results:
         chart.add('<text x="120" y="150">no error that could be drawn</text>')
-    return Figure(panel.title, chart.svg(), key.entries([r.point for r in results]))
+    return Figure(panel.title, chart.svg())
 
 
 def _stair(chart: LogChart, front: Sequence[Result], panel: ErrorPanel) -> None:
@@ -156,8 +156,7 @@ def _samples_chart(
                 chart.add(key.point_mark(result.point, *chart.place(x, total)))
         law = fit_power_law(xs, noise)
         laws.append(f"{method} {estimator}: noise ~ N^({law})" if law else "")
-    entries = key.entries([r.point for r in members])
-    return Figure(title, chart.svg(), entries, "; ".join(filter(None, laws)))
+    return Figure(title, chart.svg(), "; ".join(filter(None, laws)))
 
 
 def scaling_charts(bench: Bench) -> list[Figure]:
@@ -176,8 +175,7 @@ def _scaling_chart(series: Series, clock: str) -> Figure:
         if law:
             laws.append(f"{name} {law}")
     text = f"Exponents: {'; '.join(laws)}." if laws else ""
-    entries = key.part_entries(series.curves)
-    return Figure(f"Time against {series.x_label}", chart.svg(), entries, text)
+    return Figure(f"Time against {series.x_label}", chart.svg(), text)
 
 
 def split_chart(bench: Bench, results: Sequence[Result]) -> Figure:
@@ -200,5 +198,4 @@ def split_chart(bench: Bench, results: Sequence[Result]) -> Figure:
         total = f"{three_digits(x / scale)} ms"
         elements.append(f'<text class="small" x="{x + 4:.1f}" y="{y + 27:.1f}">{total}</text>')
     height, title = max(len(rows), 1) * row_height, "Time by pass"
-    entries = key.part_entries(PARTS.get(name, "rest") for _, split in rows for name, _ in split)
-    return Figure(title, svg_element("".join(elements), height, title), entries, height=height)
+    return Figure(title, svg_element("".join(elements), height, title))

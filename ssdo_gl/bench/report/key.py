@@ -123,17 +123,3 @@ def key_html(rows: Sequence[tuple[str, str]]) -> str:
         for element, text in rows
     )
     return f'<ul class="key">{items}</ul>'
-
-
-def key_svg(shown: Sequence[tuple[str, str]], width: float, top: float) -> tuple[str, float]:
-    """Return a key as SVG elements in lines from `top` on, and where it ends."""
-    x, y, elements = 10.0, top, []
-    for element, text in shown:
-        # About the width of a letter; there is no display to measure it on.
-        advance = 20.0 + 6.6 * len(text)
-        if x + advance > width:
-            x, y = 10.0, y + 17.0
-        elements.append(f'<g transform="translate({x:.1f} {y:.1f})">{element}'
-                        f'<text x="9" y="4">{escape(text)}</text></g>')  # fmt: skip
-        x += advance
-    return "".join(elements), y + 14.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
@@ -24,7 +23,7 @@ from ssdo_gl.bench.report.advice import (
     usual_answers,
 )
 from ssdo_gl.bench.report.cells import table
-from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT, Figure, standalone
+from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT, Figure
 from ssdo_gl.bench.report.data_files import bench_json, points_csv
 from ssdo_gl.bench.report.figures import front_chart, samples_charts, scaling_charts, split_chart
 from ssdo_gl.bench.report.gallery import data_uri, gallery
@@ -63,9 +62,7 @@ def report_html(bench: Bench) -> str:
         ),
         parts=parts_section(bench),
         key=key.key_html(key.entries([result.point for result in bench.results])),
-        fronts="".join(
-            _chart(front_chart(bench, panel), panel.name) for panel in measured_panels(bench)
-        ),
+        fronts="".join(_chart(front_chart(bench, panel)) for panel in measured_panels(bench)),
         gallery=gallery(bench),
         front_tables="".join(front_table(bench, panel) for panel in error_panels()),
         references=_references(bench),
@@ -77,7 +74,7 @@ def report_html(bench: Bench) -> str:
         method="".join(f"<p>{escape(text)}</p>" for text in method_paragraphs(bench)),
         machine=table(("", ""), machine, "The machine"),
         data=_embedded(answer_data(bench)),
-        script=f"{_source('lookup.js')}\n{_source('report.js')}",
+        script=_source("report.js"),
     )
 
 
@@ -124,26 +121,13 @@ def _downloads(bench: Bench) -> str:
         f'<a download="{name}" href="{data_uri(data, kind)}">{name}</a> '
         for name, data, kind in contents
     )
-    note = '<span class="note">and each chart below</span>'
-    return f'<p class="downloads">Download {links}{note}</p>'
+    return f'<p class="downloads">Download {links}</p>'
 
 
-def _chart(figure: Figure, name: str = "") -> str:
-    """Return a chart with what is said of it, and as a file."""
-    file = name or re.sub(r"\W+", "-", figure.title.lower())
-    return (
-        f"<figure><figcaption>{escape(figure.title)}</figcaption>{figure.svg}"
-        + (f'<p class="note">{escape(figure.note)}</p>' if figure.note else "")
-        + _download(figure, file)
-        + "</figure>"
-    )
-
-
-def _download(figure: Figure, name: str) -> str:
-    return (
-        f'<a class="note" download="{escape(name)}.svg" '
-        f'href="{data_uri(standalone(figure), "image/svg+xml")}">Download this chart as SVG</a>'
-    )
+def _chart(figure: Figure) -> str:
+    """Return a chart with what is said of it."""
+    note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
+    return f"<figure><figcaption>{escape(figure.title)}</figcaption>{figure.svg}{note}</figure>"
 
 
 def _charts(charts: Sequence[Figure], otherwise: str) -> str:
@@ -165,8 +149,7 @@ def _split(bench: Bench, shown: Sequence[Result]) -> str:
     return (
         f'<figure class="split">{chart.svg}<figcaption>By the clock of the table '
         f"({escape(CLOCK_NAMES[bench.clock])}); each pass waited for before the next starts, so "
-        "sums exceed the frame times a little. Point at a part for its pass.</figcaption>"
-        f"{_download(chart, 'time-by-pass')}</figure>"
+        "sums exceed the frame times a little. Point at a part for its pass.</figcaption></figure>"
     )
 
 

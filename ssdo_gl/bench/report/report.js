@@ -1,3 +1,4 @@
+"use strict";
 document.documentElement.classList.add("js");
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = id => document.getElementById(id);
@@ -9,32 +10,30 @@ function paragraph(text, name) {
   if (name) p.className = name;
   return p;
 }
-// As `answer` in advice.py.
-function answer(panel, asked, bound) {
-  const find = asked === "have" ? mostAccurateWithin : cheapestWithin;
-  const found = find(panel.likely, bound), sure = find(panel["surely " + asked], bound);
-  const shown = found || panel.likely[asked === "have" ? 0 : panel.likely.length - 1];
-  const parts = [paragraph(data.texts[found ? asked : asked + " none"]), card(shown)];
-  if (found && (!sure || sure.card === found.card)) {
-    parts.push(paragraph(data.texts[sure ? "sure" : "not sure"], "note"));
-  } else if (found) {
-    const box = document.createElement("details"), head = document.createElement("summary");
-    head.textContent = data.texts.other + sure.summary;
-    box.append(head, card(sure));
-    parts.push(box);
-  }
-  return parts;
+// A front is sorted by time, and its errors fall: as in advice.py.
+function mostAccurateWithin(front, ms) { return [...front].reverse().find(c => c.ms <= ms) || null; }
+function cheapestWithin(front, error) { return front.find(c => c.error <= error) || null; }
+const texts = {
+  have: "The most accurate within this time:",
+  haveNone: "Nothing measured is this fast. The fastest:",
+  bear: "The fastest within this error:",
+  bearNone: "Nothing measured is this accurate. The most accurate:",
+};
+function answer(front, asked, bound) {
+  const found = (asked === "have" ? mostAccurateWithin : cheapestWithin)(front, bound);
+  const shown = found || front[asked === "have" ? 0 : front.length - 1];
+  return [paragraph(texts[found ? asked : asked + "None"]), card(shown)];
 }
 const judge = byId("judge");
 function ask(asked) {
   const value = parseFloat(byId(asked).value), box = byId(asked + "-answer");
-  const panel = data.panels[judge.value];
+  const front = data[judge.value].front;
   if (!(value > 0)) { box.replaceChildren(paragraph("A number above 0, please.", "note")); return; }
-  if (panel.likely.length) box.replaceChildren(...answer(panel, asked, asked === "have" ? value : value / 100));
+  if (front.length) box.replaceChildren(...answer(front, asked, asked === "have" ? value : value / 100));
   else box.replaceChildren(paragraph("Nothing was measured.", "note"));
 }
 function askAll() {
-  byId("unit").textContent = data.panels[judge.value].unit;
+  byId("unit").textContent = data[judge.value].unit;
   ask("have"); ask("bear");
 }
 if (judge) {

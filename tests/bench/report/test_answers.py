@@ -1,4 +1,4 @@
-"""A time or an error is answered with the best that was measured, on the page as in Python."""
+"""A time or an error is answered with the best that was measured, by the page as in Python."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from importlib.resources import files
 import pytest
 from bench.fake_bench import bench
 
-from ssdo_gl.bench.analysis import recommend
+from ssdo_gl.bench.analysis import front_of, recommend
 from ssdo_gl.bench.measure.panels import error_panels, panel_named
 from ssdo_gl.bench.presets import NAMES
 from ssdo_gl.bench.report.advice import (
-    TEXTS,
-    answer,
     answer_data,
     answer_section,
-    candidates,
+    card,
     cheapest_within,
+    measured_panels,
     most_accurate_within,
     parts_section,
     presets_section,
@@ -31,7 +30,6 @@ from ssdo_gl.bench.report.advice import (
 )
 
 BOUNDS_MS = (0.1, 5.0, 8.0, 12.0, 30.0, 1e6)
-SURE = {"likely": "", "surely have": "have", "surely bear": "bear"}
 BOUNDS = (1e-6, 0.03, 0.05, 0.08, 0.5, 10.0)
 
 
@@ -40,66 +38,59 @@ def found():
     return bench()
 
 
-@pytest.mark.parametrize("sure_of", ["", "have", "bear"])
 @pytest.mark.parametrize("panel", ["near", "gi", "visibility"])
-def test_nothing_measured_is_a_better_answer(found, panel, sure_of):
-    def ms(result):
-        return result.timing.ms.high if sure_of == "have" else result.timing.ms.value
-
+def test_nothing_measured_is_a_better_answer(found, panel):
     def error(result):
-        interval = result.verdicts[panel].error
-        return interval.high if sure_of == "bear" else interval.value
+        return result.verdicts[panel].error.value
 
     judged = [r for r in found.results if panel in r.verdicts]
-    front = candidates(found.results, panel_named(panel), sure_of)
+    front = front_of(found.results, panel)
     for bound in BOUNDS_MS:
-        fitting = [r for r in judged if ms(r) <= bound]
+        fitting = [r for r in judged if r.timing.ms.value <= bound]
         chosen = most_accurate_within(front, bound)
         assert (chosen is None) == (not fitting)
         if chosen is not None:
-            assert ms(chosen.result) <= bound
-            assert error(chosen.result) == min(map(error, fitting))
+            assert chosen.timing.ms.value <= bound
+            assert error(chosen) == min(map(error, fitting))
     for bound in BOUNDS:
         fitting = [r for r in judged if error(r) <= bound]
-        chosen = cheapest_within(front, bound)
+        chosen = cheapest_within(front, panel_named(panel), bound)
         assert (chosen is None) == (not fitting)
         if chosen is not None:
-            assert error(chosen.result) <= bound
-            assert ms(chosen.result) == min(map(ms, fitting))
+            assert error(chosen) <= bound
+            assert chosen.timing.ms.value == min(r.timing.ms.value for r in fitting)
 
 
 def test_the_script_of_the_page_looks_up_the_same(found):
     node = shutil.which("node")
     if node is None:
         pytest.skip("no JavaScript at hand")
-    panels = answer_data(found)["panels"]
-    lookup = files("ssdo_gl.bench.report").joinpath("lookup.js").read_text(encoding="utf-8")
+    fronts = [panel["front"] for panel in answer_data(found)]
+    script = files("ssdo_gl.bench.report").joinpath("report.js").read_text(encoding="utf-8")
+    lookup = "\n".join(re.findall(r"^function (?:mostAcc|cheapest).*$", script, re.MULTILINE))
     program = f"""{lookup}
     const out = [];
-    for (const panel of {json.dumps(panels)}) for (const name of {json.dumps(list(SURE))}) {{
-      for (const ms of {json.dumps(BOUNDS_MS)}) out.push(mostAccurateWithin(panel[name], ms));
-      for (const error of {json.dumps(BOUNDS)}) out.push(cheapestWithin(panel[name], error));
+    for (const front of {json.dumps(fronts)}) {{
+      for (const ms of {json.dumps(BOUNDS_MS)}) out.push(mostAccurateWithin(front, ms));
+      for (const error of {json.dumps(BOUNDS)}) out.push(cheapestWithin(front, error));
     }}
     console.log(JSON.stringify(out.map(c => c && c.card)));"""
     done = subprocess.run([node, "-e", program], capture_output=True, text=True, check=True)
     expected = []
-    for panel in panels:
-        for sure_of in SURE.values():
-            front = candidates(found.results, panel_named(panel["name"]), sure_of)
-            chosen = [most_accurate_within(front, ms) for ms in BOUNDS_MS]
-            chosen += [cheapest_within(front, error) for error in BOUNDS]
-            expected += [c and f"{panel['name']}-{found.results.index(c.result)}" for c in chosen]
+    for panel in measured_panels(found):
+        front = front_of(found.results, panel.name)
+        chosen = [most_accurate_within(front, ms) for ms in BOUNDS_MS]
+        chosen += [cheapest_within(front, panel, error) for error in BOUNDS]
+        expected += [c and f"{panel.name}-{front.index(c)}" for c in chosen]
     assert json.loads(done.stdout) == expected
     assert None in expected
 
 
 def test_an_answer_holds_setting_error_time_certainty_and_command(found):
     panel = panel_named("near")
-    bound = 1.5 * candidates(found.results, panel)[-1].error
-    chosen = cheapest_within(candidates(found.results, panel), bound)
-    result, verdict = chosen.result, chosen.result.verdicts["near"]
-    text = unescape(re.sub("<[^>]*>", "", answer(found, panel, "bear", bound)))
-    assert text.startswith(TEXTS["bear"])
+    result = front_of(found.results, "near")[-1]
+    verdict = result.verdicts["near"]
+    text = unescape(re.sub("<[^>]*>", "", card(found, panel, result)))
     for part in (
         result.point.label,
         f"{100 * verdict.error.value:.3g} %",
@@ -113,26 +104,6 @@ def test_an_answer_holds_setting_error_time_certainty_and_command(found):
     assert "--size 320x180" in text and "--antialias 1" in text and "'a <b>.toml'" in text
 
 
-def test_an_answer_that_is_not_sure_names_one_that_is(found):
-    panel = panel_named("near")
-    likely, surely = candidates(found.results, panel), candidates(found.results, panel, "have")
-    chosen = likely[len(likely) // 2]
-    text = answer(found, panel, "have", chosen.ms)
-    assert chosen.ms < chosen.result.timing.ms.high, "so it may be slower than asked for"
-    sure = most_accurate_within(surely, chosen.ms)
-    assert TEXTS["other"] + sure.result.point.label in text
-    assert TEXTS["sure"] in answer(found, panel, "have", 1e6)
-    assert TEXTS["not sure"] in answer(found, panel, "bear", likely[-1].error)
-
-
-def test_what_cannot_be_had_is_said_with_what_comes_nearest(found):
-    panel = panel_named("near")
-    front = candidates(found.results, panel)
-    fast, good = answer(found, panel, "have", 0.01), answer(found, panel, "bear", 1e-9)
-    assert TEXTS["have none"] in fast and f">{front[0].result.point.label}<" in fast
-    assert TEXTS["bear none"] in good and f">{front[-1].result.point.label}<" in good
-
-
 def test_every_panel_can_be_asked(found):
     section = answer_section(found)
     for panel in error_panels():
@@ -144,7 +115,7 @@ def test_every_panel_can_be_asked(found):
         if "gi" in r.verdicts
     ]
     few = bench(results=only, recommendation=recommend(only, "gi"))
-    assert [p["name"] for p in answer_data(few)["panels"]] == ["gi"]
+    assert len(answer_data(few)) == 1
     assert answer_section(few).count("<option") == 1
 
 
@@ -162,9 +133,9 @@ def test_nothing_measured_is_no_fault():
 
 def test_usual_bounds_are_answered_without_a_script(found):
     rows = usual_answers(found).split("<tr>")
-    front = candidates(found.results, panel_named("near"))
+    front = front_of(found.results, "near")
     row = next(row for row in rows if "30 frames a second: 33.3 ms" in row)
-    assert most_accurate_within(front, 1000 / 30).result.point.label in row
+    assert most_accurate_within(front, 1000 / 30).point.label in row
     assert "nothing measured" in next(row for row in rows if "3 % error" in row)
 
 

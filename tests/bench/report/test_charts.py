@@ -10,7 +10,7 @@ from bench.fake_bench import bench
 
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.report import key
-from ssdo_gl.bench.report.charts import LogChart, log_ticks, short, standalone
+from ssdo_gl.bench.report.charts import LogChart, log_ticks, short
 from ssdo_gl.bench.report.figures import (
     front_chart,
     samples_charts,
@@ -75,38 +75,6 @@ def test_a_level_is_named_where_no_point_covers_its_name(x, anchor):
     chart.level(0.1, "the march, converged", [(x, 0.098), (1.5, 0.9)])
     (found,) = re.findall(r'text-anchor="(\w+)">the march', chart.svg())
     assert found == anchor
-
-
-def test_a_chart_as_a_file_is_whole(found):
-    file = standalone(front_chart(found, measured_panels(found)[0]))
-    root = ET.fromstring(file)
-    assert root.tag == "{http://www.w3.org/2000/svg}svg"
-    text = file.decode()
-    used = set(re.findall(r"\bc\d+\b", "".join(re.findall('class="([^"]*)"', text))))
-    assert used
-    for name in used:
-        assert f".{name}{{" in text and f"--{name}:#" in text
-    assert "bitmask</text>" in text, "with its key"
-
-
-def test_every_chart_is_a_file_with_its_key(found):
-    charts = [*samples_charts(found), *scaling_charts(found), split_chart(found, found.results[:2])]
-    assert len(charts) > 2
-    for chart in charts:
-        root, text = ET.fromstring(standalone(chart)), standalone(chart).decode()
-        height = float(root.get("viewBox").split()[3])
-        assert height > chart.height and root.get("height") == f"{2 * height:g}"
-        for _, name in chart.entries:
-            assert f">{name}</text>" in text
-    files = [
-        data
-        for kind, data in re.findall(r'href="data:([^;]*);base64,([^"]*)"', report_html(found))
-        if "svg" in kind
-    ]
-    assert (
-        len(files)
-        == len(measured_panels(found)) + len(samples_charts(found)) + len(scaling_charts(found)) + 1
-    )
 
 
 def test_one_colour_and_shape_for_a_name_in_every_chart(found):
