@@ -73,7 +73,6 @@ def carry_out(
             scene=scene,
             camera=camera,
             backend=options.backend,
-            scheduler=options.scheduler,
             command=text,
             quiet=options.quiet,
         )

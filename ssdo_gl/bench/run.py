@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,7 @@ from rich.console import Console
 from ssdo_gl.bench import analysis, report, scaling
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.bench_workers import spread
-from ssdo_gl.bench.judging import Judging
+from ssdo_gl.bench.judging import errors_of
 from ssdo_gl.bench.measure import (
     ERROR_FORMAT,
     BenchRenderer,
@@ -115,7 +113,6 @@ def run_bench(
     scene: Scene | None = None,
     camera: Camera | None = None,
     backend: str = "auto",
-    scheduler: str | None = None,
     command: str = "",
     quiet: bool = False,
     plan: BenchPlan | None = None,
@@ -137,8 +134,6 @@ def run_bench(
         What `scene_source` names, if it is loaded already.
     camera : Camera or None
         Replaces the scene's camera.
-    scheduler : str or None
-        Of workers that make images and errors; times are measured here. None: all is.
     command : str
         What the user typed, for the report.
 
@@ -158,7 +153,7 @@ def run_bench(
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
             own = BenchRenderer(r)
-            run = BenchRun(own, base, points, plan, quick, outdir, progress, camera, scheduler)
+            run = BenchRun(own, base, points, plan, quick, outdir, progress, camera)
             run.leave_out_needless()
             try:
                 bench = run.measure(scene_source, machine)
@@ -187,7 +182,6 @@ class BenchRun:
     outdir: Path
     progress: StageProgress
     camera: Camera | None = None
-    scheduler: str | None = None
     notes: list[str] = field(default_factory=list)
 
     def leave_out_needless(self) -> None:
@@ -206,8 +200,7 @@ class BenchRun:
         state = self._state()
         self._start_over_unless_same(state)
         mask = self._mask()
-        with self._renderers() as renderer:
-            references, judged = self._judged(renderer, state, mask)
+        references, judged = self._judged(state, mask)
         by_panel = references.by_panel
         rows = time_points(
             self.renderer,
@@ -262,13 +255,6 @@ class BenchRun:
         )
         return dataclasses.replace(bench, splits=self._splits(report.split_results(bench), clock))
 
-    @contextmanager
-    def _renderers(self) -> Iterator[BenchRenderer]:
-        """Yield who makes images and errors: this process, or workers, which are then noted."""
-        with spread(self.renderer, self.scheduler) as (renderer, sentence):
-            self.notes += [sentence] if sentence else []
-            yield renderer
-
     def _clock(self, machine: Mapping[str, Any]) -> str:
         """Return what to time by, and note why if it is not the usual."""
         clock = trusted_clock(machine)
@@ -310,11 +296,11 @@ class BenchRun:
         return mask
 
     def _judged(
-        self, renderer: BenchRenderer, state: Mapping[str, Any], mask: Mask
+        self, state: Mapping[str, Any], mask: Mask
     ) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
         """Return what points are held to, and every point's errors."""
         request = ReferenceRequest(
-            renderer,
+            self.renderer,
             self.base,
             mask,
             sorted({point.kind for point in self.points}),
@@ -323,28 +309,33 @@ class BenchRun:
             self.plan.reference_seconds,
         )
         references = make_references(request, self.progress)
-        judged = self._errors(renderer, state, references, mask)
+        judged = self._errors(state, references, mask)
         smallest = smallest_errors(judged)
         if not self.quick and not good_enough(references.by_panel, smallest, mask):
             # A setting came closer to a reference than the converged march did.
             request = dataclasses.replace(request, smallest=smallest)
             references = make_references(request, self.progress)
-            judged = self._errors(renderer, state, references, mask)
+            judged = self._errors(state, references, mask)
         return references, judged
 
     def _errors(
-        self,
-        renderer: BenchRenderer,
-        state: Mapping[str, Any],
-        references: ReferenceSet,
-        mask: Mask,
+        self, state: Mapping[str, Any], references: ReferenceSet, mask: Mask
     ) -> dict[str, dict[str, Judged]]:
         """Return the errors of every point against every reference it can be held to."""
         counts = {name: reference.spp for name, reference in references.by_panel.items()}
         store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
         flips = tuple(flip for flip in self.plan.flips if flip == "ldr")
-        judging = Judging(self.base, references, mask, self.plan.seeds, flips)
-        return judging.of_all(renderer, self.points, store, self.progress.steps)
+        judged = {}
+        for done, point in enumerate(self.points, 1):
+            found = store.load(point)
+            if found is None:
+                found = errors_of(
+                    self.renderer, point, self.base, references, mask, self.plan.seeds, flips
+                )
+                store.save(point, found)
+            judged[point.key] = found
+            self.progress.steps("errors", done, len(self.points))
+        return judged
 
     def _splits(
         self, results: Sequence[Result], clock: str

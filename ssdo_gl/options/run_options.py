@@ -121,10 +121,9 @@ class RunOptions:
     backend: str = _running("auto", "where OpenGL comes from", choices=BACKENDS)
     scheduler: str | None = _running(
         None,
-        "workers that render, each a process of its own: N here, or those of a Dask scheduler; of"
-        " a bench, all but times",
+        "workers that render, each a process of its own: N here, or those of a Dask scheduler",
         metavar="local[:N]|tcp://HOST:PORT",
-        modes=frozenset({modes.BATCH, modes.BENCH, modes.FILM, modes.SNAPSHOT}),
+        modes=frozenset({modes.BATCH, modes.FILM, modes.SNAPSHOT}),
     )
     resume: bool = _running(
         False,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 
@@ -50,21 +49,7 @@ def reference_image(size: tuple[int, int], name: str) -> np.ndarray:
     return image
 
 
-class MeasuresEach:
-    """What a bench's renderer does with many items."""
-
-    def each(
-        self,
-        measure: Callable[[Any, Any], Any],
-        items: Sequence[Any],
-        *,
-        chunk: int | None = None,
-    ) -> Generator[Any, None, None]:
-        for item in items:
-            yield measure(self, item)
-
-
-class FakeRenderer(MeasuresEach):
+class FakeRenderer:
     """Renders by formula and counts calls; raises `Interrupted` after some if told to."""
 
     def __init__(self, interrupt_after: int | None = None, speed: float = 1.0) -> None:

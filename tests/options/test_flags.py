@@ -34,7 +34,7 @@ EXPECTED = {
     frozenset({modes.FILM}): "film path turntable frames_range fps",
     frozenset({modes.BATCH}): "batch out",
     frozenset({modes.BATCH, modes.FILM}): "resume",
-    frozenset({modes.BATCH, modes.BENCH, modes.FILM, modes.SNAPSHOT}): "scheduler",
+    frozenset({modes.BATCH, modes.FILM, modes.SNAPSHOT}): "scheduler",
     frozenset({modes.SERVE}): "serve host port viewers",
 }
 

@@ -6,14 +6,13 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images, images_of_seed
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.measure.panels import ErrorPanel
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.measure.reference_cache import Reference
@@ -170,8 +169,10 @@ def render_seeds(
 ) -> list[Images]:
     """Return the images of `point` for each of `seeds` seeds."""
     settings = point.settings(base)
-    measure = partial(images_of_seed, settings=settings, wanted=wanted)
-    return list(renderer.each(measure, range(base.seed, base.seed + seeds), chunk=1))
+    return [
+        renderer.images(dataclasses.replace(settings, seed=base.seed + number), wanted)
+        for number in range(seeds)
+    ]
 
 
 class ErrorStore:
