@@ -182,7 +182,7 @@ class FilmOptions:
 
 @dataclass(frozen=True)
 class ServeOptions:
-    """Address of the page, and whether those who look share a camera."""
+    """Address of the page."""
 
     host: str | None = _serve(
         None,
@@ -192,9 +192,4 @@ class ServeOptions:
     )
     port: int = _serve(
         8765, "listen at this port; 0: any that is free", low=0, high=65535, metavar="N"
-    )
-    viewers: str = _serve(
-        "own",
-        "cameras with which pages begin: one for each, or one for all; the panel changes it",
-        choices=("own", "shared"),
     )

@@ -83,8 +83,7 @@ def _name(value: object, known: Mapping[str, Any] | tuple[str, ...]) -> str:
     return value
 
 
-def flag(value: object) -> bool:
-    """Return `value` if it is true or false; raises PageEventError."""
+def _flag(value: object) -> bool:
     if not isinstance(value, bool):
         raise PageEventError("choose: expected true or false")
     return value
@@ -102,7 +101,7 @@ def _expose(viewer: Viewer, value: object) -> None:
 
 
 def _govern(viewer: Viewer, value: object) -> None:
-    viewer.is_governed = flag(value)
+    viewer.is_governed = _flag(value)
     viewer.touch()
 
 
@@ -113,8 +112,8 @@ _CHOICES: Mapping[str, Callable[[Viewer, object], None]] = {
     ),
     "aov": lambda viewer, value: _replaced(viewer, aov=_name(value, image_names())),
     "preset": lambda viewer, value: viewer.choose_preset(_name(value, viewer.presets)),
-    "split": lambda viewer, value: _replaced(viewer, is_split=flag(value), is_error=False),
-    "error": lambda viewer, value: _replaced(viewer, is_error=flag(value), is_split=False),
+    "split": lambda viewer, value: _replaced(viewer, is_split=_flag(value), is_error=False),
+    "error": lambda viewer, value: _replaced(viewer, is_error=_flag(value), is_split=False),
     "exposure": _expose,
     "governed": _govern,
 }

@@ -79,11 +79,7 @@ def serve_scene(
         (where.host or "").encode("idna")
     except UnicodeError:
         raise SettingError(f"--host {shown(where.host)}: no machine is called that") from None
-    renderer = RenderThread(
-        _Viewers(scene, settings, camera, options),
-        backend,
-        shares_camera=where.viewers == "shared",
-    )
+    renderer = RenderThread(_Viewers(scene, settings, camera, options), backend)
     renderer.start()
 
     def say(address: str) -> None:

@@ -35,7 +35,7 @@ EXPECTED = {
     frozenset({modes.BATCH}): "batch out",
     frozenset({modes.BATCH, modes.FILM}): "resume",
     frozenset({modes.BATCH, modes.FILM, modes.SNAPSHOT}): "scheduler",
-    frozenset({modes.SERVE}): "serve host port viewers",
+    frozenset({modes.SERVE}): "serve host port",
 }
 
 

@@ -197,7 +197,7 @@ function update(next) {
     if (document.activeElement !== $(name)) $(name).value = state[name];
   }
   for (const name of ["split", "error"]) $(name).setAttribute("aria-pressed", state[name]);
-  for (const name of ["governed", "shared_camera"]) $(name).checked = state[name];
+  $("governed").checked = state.governed;
   if (document.activeElement !== $("exposure")) $("exposure").value = state.exposure;
   $("exposure-value").textContent = `${state.exposure >= 0 ? "+" : ""}${state.exposure.toFixed(1)} EV`;
   picture.classList.toggle("looking", state.looking);
@@ -214,9 +214,7 @@ for (const name of ["method", "other_method", "aov"]) {
   $(name).addEventListener("change", (event) => choose(name, event.target.value));
 }
 for (const name of ["split", "error"]) $(name).addEventListener("click", () => choose(name, !state[name]));
-for (const name of ["governed", "shared_camera"]) {
-  $(name).addEventListener("change", (event) => choose(name, event.target.checked));
-}
+$("governed").addEventListener("change", (event) => choose("governed", event.target.checked));
 $("exposure").addEventListener("input", (event) => tell("choose", { what: "exposure", value: Number(event.target.value) }));
 $("exposure").addEventListener("change", () => picture.focus());
 for (const button of document.querySelectorAll("[data-key]")) {

@@ -11,7 +11,6 @@ from ssdo_gl.window.camera.destinations import (
     glide_to,
     go_home,
     jump_to,
-    stilled,
     switch_projection,
 )
 from ssdo_gl.window.camera.fly_camera import (
