@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-import struct
 from pathlib import Path
 from typing import Any
 
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.options.command_line import command_line
-from ssdo_gl.process import home_folder
 from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 from ssdo_gl.version import __version__
 from ssdo_gl.window.live import REFINE_FRAMES
-from ssdo_gl.window.saving.scene_files import base_name, render_table, scene_text, write_scene
+from ssdo_gl.window.saving.scene_files import render_table, scene_text
 from ssdo_gl.window.saving.screenshot import free_stem
 from ssdo_gl.window.viewer import Viewer
-
-# Formats that name no other file.
-_WHOLE = (".ply", ".stl", ".off")
-# Of a .glb: before its JSON, whose length is the fourth number.
-_HEADER = struct.Struct("<5I")
 
 
 def settings_shown(viewer: Viewer) -> Settings:
@@ -76,46 +69,26 @@ def view_command(
 def save_scene(viewer: Viewer) -> Path:
     """Write a scene file that renders what the left side shows; return where.
 
-    In the folder of what it is made from, of a built-in scene in the present one; numbered, so
-    that nothing is overwritten. Where that cannot be written, in the present folder or that of
-    the user, beside a copy of a model that is all in one file; a message says so.
+    In the folder of what it is made from, of a built-in scene in that of the window; numbered,
+    so that nothing is overwritten.
 
     Raises
     ------
     OutputError
-        If there is no such place.
+        If nobody may write there.
     """
-    is_builtin = viewer.source in builtin_names()
-    source = Path(viewer.source)
-    usual = viewer.folder if is_builtin else source.parent
-    try:
-        return _write_scene(viewer, viewer.source, usual)
-    except OutputError as error:
-        fault = str(error)
-    if not (is_builtin or is_in_one_file(source)):
-        raise OutputError(f"{fault}; save from a copy of {source.name} in a folder of your own")
-    for folder in filter(None, (viewer.folder, home_folder())):
-        try:
-            name = viewer.source if is_builtin else str(copy_of(source, folder))
-            path = _write_scene(viewer, name, folder)
-        except OutputError:
-            continue
-        also = "" if is_builtin else f", and a copy of {source.name}"
-        viewer.say(
-            f"{usual.resolve()} cannot be written: {path.name} is in {folder.resolve()}{also}"
-        )
-        return path
-    raise OutputError(fault)
-
-
-def _write_scene(viewer: Viewer, source: str, folder: Path) -> Path:
-    path = free_stem(folder, Path(source).stem, ".toml")
+    base, folder = viewer.source, viewer.folder
+    if base not in builtin_names():
+        # A scene lies in the folder of what it is made from, and follows no links.
+        source = Path(base).resolve()
+        base, folder = source.name, source.parent
+    path = free_stem(folder, Path(base).stem, ".toml")
     lights = [
         light if is_on else light.with_emitted(BLACK)
         for light, is_on in zip(viewer.lights, viewer.lights_on, strict=True)
     ]
     text = scene_text(
-        base_name(source, folder),
+        base,
         viewer.loaded,
         camera=viewer.camera,
         lights=lights,
@@ -124,7 +97,10 @@ def _write_scene(viewer: Viewer, source: str, folder: Path) -> Path:
         environment=viewer.original.environment,
         settings=settings_shown(viewer),
     )
-    write_scene(path, text)
+    try:
+        write_atomically(path, text.encode())
+    except OutputError as error:
+        raise OutputError(f"{error}; open a copy in a folder of your own to save it") from None
     return path
 
 
@@ -146,36 +122,3 @@ def picture_meta(viewer: Viewer, scene: Path | None) -> dict[str, Any]:
             name: side.image.sample_count for name, side in sides.items() if side is not None
         },
     }
-
-
-def is_in_one_file(path: Path) -> bool:
-    """Return whether a model needs no other file."""
-    if path.suffix.lower() in _WHOLE:
-        return True
-    if path.suffix.lower() != ".glb":
-        return False
-    try:
-        with path.open("rb") as file:
-            length = _HEADER.unpack(file.read(_HEADER.size))[3]
-            return b'"uri"' not in file.read(length)
-    except (OSError, struct.error):
-        return False
-
-
-def copy_of(path: Path, folder: Path) -> Path:
-    """Return a copy of `path` in `folder`, the one that is there already, or one that is made.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made, or another file has its name.
-    """
-    copy = folder / path.name
-    try:
-        data = path.read_bytes()
-        if copy.exists() and copy.read_bytes() != data:
-            raise OutputError(f"{copy}: is another file")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be copied: {error.strerror}") from None
-    write_atomically(copy, data)
-    return copy

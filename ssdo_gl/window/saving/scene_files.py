@@ -5,10 +5,8 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.options.preset_files import toml_value
 from ssdo_gl.options.resolve import told
 from ssdo_gl.scene.camera import Camera
@@ -19,7 +17,6 @@ from ssdo_gl.scene.environment import (
     kind_of,
 )
 from ssdo_gl.scene.lights import KINDS, Light
-from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.material_edits import EDITED
 from ssdo_gl.scene.scene import Scene
@@ -68,30 +65,6 @@ def scene_text(
     for source, light in zip(sources, lights, strict=True):
         lines += [] if source is not None else ["", "[[light]]", *_light_lines(light)]
     return "\n".join(lines) + "\n"
-
-
-def base_name(source: str, folder: Path) -> str:
-    """Return what a scene in `folder` calls `source`.
-
-    Raises
-    ------
-    OutputError
-        If `source` is a file outside of that folder.
-    """
-    if source in builtin_names():
-        return source
-    try:
-        return Path(source).resolve().relative_to(folder.resolve()).as_posix()
-    except ValueError:
-        raise OutputError(
-            f"{folder}: a scene lies in the folder of what it is made from, or above: "
-            f"choose a place in {Path(source).resolve().parent}"
-        ) from None
-
-
-def write_scene(path: Path, text: str) -> None:
-    """Write what `scene_text` returns; raises OutputError if that is impossible."""
-    write_atomically(path, text.encode())
 
 
 def _camera_lines(camera: Camera) -> Iterator[str]:
