@@ -47,7 +47,6 @@ def shown_state(viewer: Viewer) -> dict[str, Any]:
     """
     view, left, settings = viewer.view, viewer.left, viewer.settings
     exposure = viewer.scene.camera.exposure if settings.exposure is None else settings.exposure
-    monitor = viewer.monitor
     counts = [
         (side.image.sample_count, int(side.image.samples_wanted))
         for side in (left, viewer.right)
@@ -67,8 +66,7 @@ def shown_state(viewer: Viewer) -> dict[str, Any]:
         "frame_ms": round(viewer.frame_ms, 1) if is_known else None,
         "samples": counts,
         "scale": left.level.frame_scale if left is not None and not viewer.is_resting else 1.0,
-        "relative_error": monitor.error if view.is_error else None,
-        "fault": None if monitor.alarm is None else str(monitor.alarm),
+        "relative_error": viewer.monitor.error if view.is_error else None,
         "messages": [{"text": m.text, "is_fault": m.is_fault} for m in viewer.messages.lines],
     }
 

@@ -211,7 +211,6 @@ class Viewer(Canvas):
             or not self._sides
             or not self.is_resting
             or not all(side.is_done for side in self._sides)
-            or self.monitor.is_due
         )
 
     # --- frames --------------------------------------------------------------------
@@ -255,7 +254,7 @@ class Viewer(Canvas):
             self._shown = shown
         is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]
-        self.monitor.look(images, self.view, drew=drew, is_finished=is_finished)
+        self.monitor.look(images, self.view, is_finished=is_finished)
         self._keep_planes(drew, self.is_resting)
         # As it was at the beginning: in between, others may have been chosen.
         self._drawn_state = state

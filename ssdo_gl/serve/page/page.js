@@ -205,7 +205,6 @@ function update(next) {
   parts.push(`${state.samples.map(([count, all]) => `${count} of ${all}`).join(" and ")} samples`);
   if (state.frame_ms) parts.push(`${state.frame_ms.toFixed(1)} ms a frame`);
   if (state.relative_error != null) parts.push(`error ${(100 * state.relative_error).toFixed(2)} %`);
-  if (state.fault) parts.push(state.fault);
   $("status").textContent = parts.join(" · ");
   showLines(state.messages);
 }

@@ -185,17 +185,10 @@ class Overlay(ImguiBackend):
         size = imgui.calc_text_size(text)
         if not self._fits(size.y):
             return
-        if viewer.monitor.alarm is None:
-            imgui.set_next_window_content_size(size)
+        imgui.set_next_window_content_size(size)
         _place(_MARGIN, self._top + _MARGIN)
         imgui.begin("status", None, _SEE_THROUGH)
         imgui.text(text)
-        if viewer.monitor.alarm is not None:
-            x, y = viewer.monitor.alarm.pixel
-            imgui.text_colored(
-                self._fault_color,
-                f"{viewer.monitor.alarm.count} pixels are not finite, from ({x}, {y}) on",
-            )
         self._top = imgui.get_window_pos().y + imgui.get_window_height()
         imgui.end()
 
