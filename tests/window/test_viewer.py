@@ -262,20 +262,6 @@ def test_near_a_wall_the_same_key_goes_less_far(gl, viewer) -> None:
     assert step_from((0.5, 0.6, -0.95)) < 0.5 * step_from((0.0, 0.0, 3.6))
 
 
-def test_collisions_keep_the_camera_in_the_room(gl, viewer) -> None:
-    viewer.settings = dataclasses.replace(viewer.settings, method="direct")
-    viewer.choose_method("direct")
-    assert not viewer.collides
-    ask(viewer, Command.COLLIDE)
-    for _ in range(150):
-        viewer.frame(Controls(move=(0.1, 0.0, 1.0), fast=True), FRAME_S, SIZE)
-    assert viewer.camera.position[2] > -1.0
-    ask(viewer, Command.COLLIDE)
-    for _ in range(30):
-        viewer.frame(Controls(move=(0.0, 0.0, 1.0), fast=True), FRAME_S, SIZE)
-    assert viewer.camera.position[2] < -1.0
-
-
 def test_carousel_runs_stops_and_steps(gl, make_viewer) -> None:
     viewer = make_viewer("carousel")
     for _ in range(5):

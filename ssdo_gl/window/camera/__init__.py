@@ -1,9 +1,8 @@
-"""How the camera moves: flight, recorded paths, bookmarks, collisions."""
+"""How the camera moves: flight, recorded paths, bookmarks."""
 
 from __future__ import annotations
 
 from ssdo_gl.film.bookmarks import views_file
-from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.camera.destinations import (
     fit,

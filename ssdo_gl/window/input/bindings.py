@@ -20,7 +20,6 @@ class Command(StrEnum):
     HOME = "back to where the scene begins"
     NEXT_CAMERA = "next camera of the file"
     PROJECT = "parallel rays, or back to a pinhole camera"
-    COLLIDE = "stop at walls, or not"
     VIEW = "show image 1 to 9, 0 is the tenth"
     NEXT_METHOD = "next method"
     PREVIOUS_METHOD = "previous method"
@@ -84,7 +83,6 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Home", glfw.KEY_HOME, Command.HOME),
     Binding("N", glfw.KEY_N, Command.NEXT_CAMERA),
     Binding("O", glfw.KEY_O, Command.PROJECT),
-    Binding("B", glfw.KEY_B, Command.COLLIDE),
     Binding("M", glfw.KEY_M, Command.CAPTURE),
     Binding("Esc", glfw.KEY_ESCAPE, Command.RELEASE),
     *(Binding(str(i % 10), k, Command.VIEW, 0, i) for i, k in enumerate(_DIGITS, 1)),

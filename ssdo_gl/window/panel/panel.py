@@ -260,8 +260,6 @@ class Panel:
                 self._viewer.film_suffix = suffix
             imgui.same_line()
         imgui.new_line()
-        slides = "the camera slides along surfaces instead of flying through   (B)"
-        self._switch("stop at walls", self._viewer.collides, Command.COLLIDE, slides)
 
     def _output_row(self) -> None:
         imgui.separator()
