@@ -23,7 +23,6 @@ def errors_of(
     references: ReferenceSet,
     mask: Mask,
     seeds: int,
-    flips: tuple[str, ...],
 ) -> dict[str, Judged]:
     """Return the errors of `point` against every reference it can be held to, by panel.
 
@@ -33,8 +32,6 @@ def errors_of(
         Pixels that count.
     seeds : int
         Sample patterns whose errors are averaged.
-    flips : tuple of str
-        FLIP metrics of every point.
     """
     by_panel = references.by_panel
     panels = [p for p in error_panels() if p.name in by_panel and p.judges(point)]
@@ -46,8 +43,8 @@ def errors_of(
             by_panel[panel.name],
             mask,
             base.exposure or 0.0,
-            flips,
             None if point.spp else references.limits[panel.name],
+            with_flip=True,
         )
         for panel in panels
     }

@@ -77,9 +77,6 @@ class BenchPlan:
         At most this long for each reference, in one run.
     batch_spp : int
         Samples per pixel of one independent batch of a reference.
-    flips : tuple of str
-        FLIP metrics: ``ldr`` of every point, ``hdr``, which takes seconds, of those whose
-        pictures are shown.
     """
 
     rounds: int
@@ -87,11 +84,10 @@ class BenchPlan:
     seeds: int
     reference_seconds: float
     batch_spp: int
-    flips: tuple[str, ...]
 
 
-QUICK = BenchPlan(3, 3, 2, 15.0, 64, flips=("ldr",))
-FULL = BenchPlan(7, 5, 4, 900.0, 256, flips=("ldr", "hdr"))
+QUICK = BenchPlan(3, 3, 2, 15.0, 64)
+FULL = BenchPlan(7, 5, 4, 900.0, 256)
 
 
 def bench_size(quick: bool) -> tuple[int, int]:
@@ -215,11 +211,6 @@ class BenchRun:
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
         chosen = report.chosen_results(results, recommendation)
-        if "hdr" in self.plan.flips:
-            results = report.with_hdr_flip(
-                self.renderer, self.base, results, chosen, by_panel, mask, self.progress.steps
-            )
-            recommendation = analysis.recommend(results)
         radius_px = (self.base.radius or 0.0) * unit_px(self.renderer, self.base, mask)
         series = scaling.measure_scaling(
             self.renderer,
@@ -324,13 +315,12 @@ class BenchRun:
         """Return the errors of every point against every reference it can be held to."""
         counts = {name: reference.spp for name, reference in references.by_panel.items()}
         store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
-        flips = tuple(flip for flip in self.plan.flips if flip == "ldr")
         judged = {}
         for done, point in enumerate(self.points, 1):
             found = store.load(point)
             if found is None:
                 found = errors_of(
-                    self.renderer, point, self.base, references, mask, self.plan.seeds, flips
+                    self.renderer, point, self.base, references, mask, self.plan.seeds
                 )
                 store.save(point, found)
             judged[point.key] = found

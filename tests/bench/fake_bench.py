@@ -53,7 +53,7 @@ def blocks(point: Point, panel: str, rng: np.random.Generator) -> tuple[BlockErr
     errors = BlockErrors(
         mean_square * 100.0, 0.3 * floor * np.ones((2, 80)) * 100.0, 0.5 * pixels, pixels
     )
-    extra = {"rel_mse": 0.1 * floor, "ssim": 0.9, "flip_ldr": 0.05, "flip_hdr": 0.07}
+    extra = {"rel_mse": 0.1 * floor, "ssim": 0.9, "flip_ldr": 0.05}
     parts = {"directional": floor, "bounce": 2 * floor} if panel == "near" else {}
     return errors, Scalars(noise, floor, **extra, parts=parts)
 

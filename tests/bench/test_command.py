@@ -49,7 +49,7 @@ kind = "visibility"
 method = "reference-ao"
 spp = [4, 64]
 """
-PLAN = BenchPlan(2, 2, 2, 20.0, 32, flips=())
+PLAN = BenchPlan(2, 2, 2, 20.0, 32)
 
 
 @pytest.fixture(autouse=True)

@@ -16,13 +16,13 @@ from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.measure.panels import ErrorPanel
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.measure.reference_cache import Reference
-from ssdo_gl.bench.statistics import BlockErrors, decompose, flip_hdr, flip_ldr, srgb_of, ssim
+from ssdo_gl.bench.statistics import BlockErrors, decompose, flip_ldr, srgb_of, ssim
 from ssdo_gl.bench.storage import load_arrays, save_arrays
 from ssdo_gl.images.error import Mask, mean_level, relative_mse, relative_rmse
 from ssdo_gl.settings import Settings
 
 # Raised whenever the content of a stored measurement changes.
-ERROR_FORMAT = 3
+ERROR_FORMAT = 4
 _BLOCK_ARRAYS = ("squared", "signed", "reference", "pixels")
 
 
@@ -38,7 +38,7 @@ class Scalars:
     own_bias : float
         The expectation against that of the converged march, which has seen all that the
         screen shows: what better settings would mend. NaN for rays.
-    rel_mse, ssim, flip_ldr, flip_hdr : float
+    rel_mse, ssim, flip_ldr : float
         Of the first seed, exposed; NaN where not measured.
     parts : dict of str to float
         Error of further AOVs (relative RMSE).
@@ -52,7 +52,6 @@ class Scalars:
     rel_mse: float = math.nan
     ssim: float = math.nan
     flip_ldr: float = math.nan
-    flip_hdr: float = math.nan
     parts: dict[str, float] = field(default_factory=dict)
     failures: int = 0
 
@@ -99,13 +98,13 @@ def judge(
     reference: Reference,
     mask: Mask,
     exposure_ev: float,
-    flips: Sequence[str] = (),
     limit: Reference | None = None,
+    *,
+    with_flip: bool = False,
 ) -> Judged:
     """Hold renderings of one point (one per seed) to the reference of `panel`.
 
-    `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``; `limit` is the
-    converged march.
+    `limit` is the converged march.
     """
     name = panel.aov
     images = [color(rendering[name]) for rendering in renderings]
@@ -125,7 +124,7 @@ def judge(
     }
     extra: dict[str, float] = {}
     if panel.is_picture:
-        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
+        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, with_flip)
     own_bias = math.nan
     if limit is not None:
         own_bias = decompose(
@@ -148,19 +147,17 @@ def picture_metrics(
     variance: NDArray[np.float32],
     mask: Mask,
     exposure_ev: float,
-    flips: Sequence[str],
+    with_flip: bool,
 ) -> dict[str, float]:
-    """Return relMSE, SSIM and the FLIP means that are wanted of a picture."""
+    """Return relMSE, SSIM and, if it is wanted, the mean FLIP of a picture."""
     gain = np.float32(2.0**exposure_ev)
     shown, wanted = srgb_of(image, exposure_ev), srgb_of(reference, exposure_ev)
     result = {
         "rel_mse": relative_mse(image * gain, reference * gain, mask, variance * gain**2),
         "ssim": ssim(shown, wanted, mask),
     }
-    if "ldr" in flips:
+    if with_flip:
         result["flip_ldr"] = flip_ldr(shown, wanted, mask).mean
-    if "hdr" in flips:
-        result["flip_hdr"] = flip_hdr(image, reference, mask, exposure_ev).mean
     return result
 
 
