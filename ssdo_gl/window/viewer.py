@@ -196,6 +196,11 @@ class Viewer(Canvas):
         self.touch()
 
     @property
+    def is_moving(self) -> bool:
+        """Whether this frame shows something else than the last one."""
+        return self._still_s == 0.0
+
+    @property
     def is_resting(self) -> bool:
         """Whether nothing has moved for a moment."""
         return self._still_s >= REST_SECONDS

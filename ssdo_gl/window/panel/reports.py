@@ -42,7 +42,7 @@ class Reports:
     def note_frame(self, frame_ms: float) -> None:
         """Take the time of a frame."""
         self._times.append(frame_ms)
-        if not self._viewer.is_resting:
+        if self._viewer.is_moving:
             self._moving.append(frame_ms)
 
     @property

@@ -1,11 +1,13 @@
-"""The histogram of radiance."""
+"""Reports: the histogram of radiance, the rate of frames."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from window.driven_viewer import SIZE
 
-from ssdo_gl.window.panel.reports import BINS_PER_STOP, STOPS, radiance_histogram
+from ssdo_gl.window.camera import Controls
+from ssdo_gl.window.panel.reports import BINS_PER_STOP, STOPS, Reports, radiance_histogram
 
 pytest.importorskip("imgui_bundle")
 
@@ -27,3 +29,14 @@ def test_histogram_of_nothing_and_of_non_finite_pixels_is_empty() -> None:
     assert radiance_histogram(image).sum() == 0.0
     image[:, :, 3] = 1.0
     assert radiance_histogram(image).sum() == 0.0
+
+
+def test_frames_between_motion_and_rest_do_not_count_as_motion(viewer) -> None:
+    """They show the same view again, whose passes are kept, in a tenth of the time."""
+    reports = Reports(viewer)
+    # Another size is a change, which is drawn as a motion is.
+    for size, milliseconds in [((32, 18), 50.0), (SIZE, 50.0), *[(SIZE, 5.0)] * 12]:
+        viewer.frame(Controls(), 0.01, size)
+        reports.note_frame(milliseconds)
+    assert not viewer.is_resting
+    assert reports.frame_rate == pytest.approx(20.0)
