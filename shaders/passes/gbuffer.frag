@@ -3,7 +3,6 @@
 //
 // HAS_SHADING_NORMALS, HAS_TANGENTS, HAS_VERTEX_COLORS, HAS_ALPHA_CUTOUT, HAS_GLOSS, HAS_<NAME>_IMAGE: what
 // the objects of this draw call have; <NAME>_ON_SECOND_UVS: where on its images a point lies;
-// HAS_INSTANCE_MATERIALS: whether they differ in their material;
 // WIDE_DEPTH_RANGE: see lib/depth_test.glsl; <NAME>_LOCATION: the target that each output goes
 // to, 0 where nobody reads it.
 #include "lib/space.glsl"
@@ -21,34 +20,14 @@
 #include "lib/material_uvs.glsl"
 
 flat in vec3 v_face_normal_vs;
-#if HAS_INSTANCE_MATERIALS
 flat in vec4 v_albedo;
 flat in vec4 v_emission;
 flat in vec2 v_emission_side_cutoff;
-#define MATERIAL_ALBEDO v_albedo
-#define MATERIAL_EMISSION v_emission
-#define MATERIAL_SIDE_CUTOFF v_emission_side_cutoff
-#define MATERIAL_GLOSS v_gloss
-#define MATERIAL_DIELECTRIC v_dielectric
-#else
-uniform vec4 u_albedo;
-uniform vec4 u_emission;
-uniform vec2 u_emission_side_cutoff;
-#define MATERIAL_ALBEDO u_albedo
-#define MATERIAL_EMISSION u_emission
-#define MATERIAL_SIDE_CUTOFF u_emission_side_cutoff
-#define MATERIAL_GLOSS u_gloss
-#define MATERIAL_DIELECTRIC u_dielectric
-#endif
-#if HAS_GLOSS && HAS_INSTANCE_MATERIALS
+#if HAS_GLOSS
 flat in vec4 v_dielectric;
-#elif HAS_GLOSS
-uniform vec4 u_dielectric;
 #endif
-#if (HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE) && HAS_INSTANCE_MATERIALS
+#if HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE
 flat in vec4 v_gloss;
-#elif HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE
-uniform vec4 u_gloss;
 #endif
 #if HAS_SHADING_NORMALS
 in vec3 v_normal_vs;
@@ -68,27 +47,13 @@ in vec2 v_uv;
 #if HAS_SECOND_UVS
 in vec2 v_second_uv;
 #endif
-#if HAS_ALBEDO_IMAGE
 uniform sampler2D t_albedo_image;
-#endif
-#if HAS_EMISSION_IMAGE
 uniform sampler2D t_emission_image;
-#endif
-#if HAS_METALLIC_ROUGHNESS_IMAGE
 uniform sampler2D t_metallic_roughness_image;
-#endif
-#if HAS_SPECULAR_IMAGE
 uniform sampler2D t_specular_image;
-#endif
-#if HAS_SPECULAR_COLOR_IMAGE
 uniform sampler2D t_specular_color_image;
-#endif
-#if HAS_NORMAL_IMAGE
 uniform sampler2D t_normal_image;
-#endif
-#if HAS_OCCLUSION_IMAGE
 uniform sampler2D t_occlusion_image;
-#endif
 
 #if ALBEDO_ON_SECOND_UVS
 #define ALBEDO_UV v_second_uv
@@ -151,7 +116,7 @@ const float LIFT_ROUNDING = 4e-5;
 
 void main()
 {
-    vec4 albedo = MATERIAL_ALBEDO;
+    vec4 albedo = v_albedo;
 #if HAS_VERTEX_COLORS
     albedo *= v_color;
 #endif
@@ -168,7 +133,7 @@ void main()
     vec2 duv_1 = dFdx(NORMAL_UV), duv_2 = dFdy(NORMAL_UV);
 #endif
 #if HAS_ALPHA_CUTOUT
-    if (is_left_out(albedo.a, MATERIAL_SIDE_CUTOFF.y)) {
+    if (is_left_out(albedo.a, v_emission_side_cutoff.y)) {
         discard;
     }
 #endif
@@ -188,7 +153,7 @@ void main()
 #endif
 #if HAS_NORMAL_IMAGE
     vec4 normal_texel = texture(t_normal_image, NORMAL_UV);
-    vec3 mapped = mapped_normal(normal_texel.rgb, MATERIAL_GLOSS.z);
+    vec3 mapped = mapped_normal(normal_texel.rgb, v_gloss.z);
     // The map shows the front; seen from behind, all of it is turned.
     shading_normal = normalize(shading_normal);
     TangentFrame tangents = frame_of_steps(shading_normal, dp_1, dp_2, duv_1, duv_2,
@@ -200,17 +165,17 @@ void main()
     shading_normal = bumped_normal(shading_normal, face_normal, tangents, mapped);
     shading_code = oct_encode(shading_normal);
 #endif
-    vec3 emission = MATERIAL_EMISSION.rgb;
+    vec3 emission = v_emission.rgb;
 #if HAS_EMISSION_IMAGE
     emission *= texture(t_emission_image, EMISSION_UV).rgb;
 #endif
-    bool emits = is_front || MATERIAL_SIDE_CUTOFF.x > 0.5;
+    bool emits = is_front || v_emission_side_cutoff.x > 0.5;
 
 #if GLOSSY
 #if HAS_GLOSS
-    float metallic = MATERIAL_GLOSS.x;
-    float roughness = MATERIAL_GLOSS.y;
-    vec4 dielectric = MATERIAL_DIELECTRIC;
+    float metallic = v_gloss.x;
+    float roughness = v_gloss.y;
+    vec4 dielectric = v_dielectric;
 #if HAS_METALLIC_ROUGHNESS_IMAGE
     vec4 metal = texture(t_metallic_roughness_image, METALLIC_ROUGHNESS_UV);
     metallic *= metal.b;
@@ -226,7 +191,7 @@ void main()
     Brdf brdf = metallic_roughness_brdf(albedo.rgb, metallic, roughness,
                                         dielectric.rgb * dielectric.a, dielectric.a);
 #if HAS_NORMAL_IMAGE
-    brdf.roughness = widened_roughness(brdf.roughness, MATERIAL_GLOSS.z * normal_texel.a);
+    brdf.roughness = widened_roughness(brdf.roughness, v_gloss.z * normal_texel.a);
 #endif
 #else
     Brdf brdf = diffuse_brdf(albedo.rgb);
@@ -234,7 +199,7 @@ void main()
     albedo.rgb = brdf.albedo;
 #endif
 
-    if (MATERIAL_SIDE_CUTOFF.x > 1.5) {
+    if (v_emission_side_cutoff.x > 1.5) {
         // Unlit: it shows its own colour, whatever the light.
         emission = albedo.rgb;
         albedo.rgb = vec3(0.0);
@@ -248,7 +213,7 @@ void main()
     o_albedo = vec4(albedo.rgb, 1.0);
 #endif
 #if EMISSION_LOCATION
-    o_emission = vec4(emits ? emission : vec3(0.0), MATERIAL_EMISSION.a);
+    o_emission = vec4(emits ? emission : vec3(0.0), v_emission.a);
 #endif
 #if GLOSS_LOCATION
     o_gloss = vec4(brdf.f0, brdf.roughness);
@@ -256,7 +221,7 @@ void main()
 #if FINISH_LOCATION
     o_finish = vec2(brdf.f90, 1.0);
 #if HAS_OCCLUSION_IMAGE
-    o_finish.y += MATERIAL_GLOSS.w * (texture(t_occlusion_image, OCCLUSION_UV).r - 1.0);
+    o_finish.y += v_gloss.w * (texture(t_occlusion_image, OCCLUSION_UV).r - 1.0);
 #endif
 #endif
 #if LIFT_LOCATION

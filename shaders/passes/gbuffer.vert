@@ -9,21 +9,17 @@ uniform mat4 u_clip_from_view;
 in vec3 a_normal_face_os;
 flat out vec3 v_face_normal_vs;   // outward
 
-// Every number handed on costs time for each triangle, so what is the same for a whole
-// draw call comes to the fragments as a uniform.
-#if HAS_INSTANCE_MATERIALS
 in vec4 a_albedo;                 // rgb, alpha factor
 in vec4 a_emission;               // radiance, 1 if no light delivers it
 in vec2 a_emission_side_cutoff;   // 1 if both sides emit; alpha cutoff
 flat out vec4 v_albedo;
 flat out vec4 v_emission;
 flat out vec2 v_emission_side_cutoff;
-#endif
-#if HAS_INSTANCE_MATERIALS && HAS_GLOSS
+#if HAS_GLOSS
 in vec4 a_dielectric;             // reflectance at normal incidence, strength
 flat out vec4 v_dielectric;
 #endif
-#if HAS_INSTANCE_MATERIALS && (HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE)
+#if HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE
 in vec4 a_gloss;                  // metallic, roughness, scale of normals, strength of occlusion
 flat out vec4 v_gloss;
 #endif
@@ -64,15 +60,13 @@ void main()
 #if HAS_ALPHA_CUTOUT
     v_layer = layer_at(position_vs);
 #endif
-#if HAS_INSTANCE_MATERIALS
     v_albedo = a_albedo;
     v_emission = a_emission;
     v_emission_side_cutoff = a_emission_side_cutoff;
-#endif
-#if HAS_INSTANCE_MATERIALS && HAS_GLOSS
+#if HAS_GLOSS
     v_dielectric = a_dielectric;
 #endif
-#if HAS_INSTANCE_MATERIALS && (HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE)
+#if HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE
     v_gloss = a_gloss;
 #endif
 #if HAS_SHADING_NORMALS

@@ -162,10 +162,7 @@ class Geometry:
             if program is None:
                 program = programs[id(features)] = program_of(features)
                 program.set(common)
-            program.set(
-                {n: value for n, value in (batch.material or {}).items() if program.takes(n)},
-                {n: texture for n, texture in group.textures.items() if program.takes(n)},
-            )
+            program.set({}, {n: t for n, t in group.textures.items() if program.takes(n)})
             program.check_complete()
             self._gl.front_face = "cw" if batch.is_mirrored != is_reflection else "ccw"
             if features.single_sided and not solids_only:
@@ -302,12 +299,7 @@ class Geometry:
 
     def _with_features(self, batch: Batch) -> tuple[Batch, Features]:
         features = self._groups[batch.group].features
-        return batch, replace(
-            features,
-            instance_materials=batch.material is None,
-            emits=batch.emits,
-            by_chance=batch.by_chance,
-        )
+        return batch, replace(features, emits=batch.emits, by_chance=batch.by_chance)
 
     def _render(
         self,

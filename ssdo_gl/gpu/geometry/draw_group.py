@@ -35,8 +35,7 @@ GLOSS_IMAGES = frozenset({"metallic_roughness", "specular", "specular_color"})
 class Features:
     """What the objects of one draw call need from its program.
 
-    A program compiled without what nobody needs does not pay for it. Where instances do
-    not differ in their material, `material_uniforms` are set instead of attributes.
+    A program compiled without what nobody needs does not pay for it.
 
     Attributes
     ----------
@@ -52,7 +51,6 @@ class Features:
     tangents: bool = False
     vertex_colors: bool = False
     alpha_cutout: bool = False
-    instance_materials: bool = False
     single_sided: bool = False
     glossy: bool = False
     emits: bool = False
@@ -68,7 +66,6 @@ class Features:
             "HAS_TANGENTS": int(self.tangents),
             "HAS_VERTEX_COLORS": int(self.vertex_colors),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
-            "HAS_INSTANCE_MATERIALS": int(self.instance_materials),
             "HAS_GLOSS": int(self.glossy),
             **{f"HAS_{name.upper()}_IMAGE": int(name in self.images) for name in IMAGE_NAMES},
             **{
@@ -152,18 +149,6 @@ def features_of(mesh: Mesh, material: Material) -> Features:
         images=images,
         second_uvs=images & material.second_uvs if mesh.second_uvs is not None else frozenset(),
     )
-
-
-def material_uniforms(row: NDArray[np.float32]) -> Mapping[str, object]:
-    """Return the uniforms that stand for the attributes of a `material_row`."""
-    values = row.tolist()
-    return {
-        "u_albedo": tuple(values[0:4]),
-        "u_emission": tuple(values[4:8]),
-        "u_emission_side_cutoff": tuple(values[8:10]),
-        "u_gloss": tuple(values[10:14]),
-        "u_dielectric": tuple(values[14:18]),
-    }
 
 
 def emitting(rows: NDArray[np.float32]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Protocol
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.geometry.draw_group import by_chance, emitting, material_row, material_uniforms
+from ssdo_gl.gpu.geometry.draw_group import by_chance, emitting, material_row
 from ssdo_gl.gpu.instance_attributes import INSTANCE_FLOATS
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import are_mirrored
@@ -51,14 +51,12 @@ class CameraPose:
 class Batch:
     """Consecutive instances of one draw group that are all mirrored, or none.
 
-    `material` are the uniforms of the row that all of them share, or None if they differ;
     `emits` is whether any of them does, `by_chance` whether any is translucent.
     """
 
     group: int
     is_mirrored: bool
     start: int
-    material: Mapping[str, object] | None
     emits: bool
     by_chance: bool
 
@@ -229,7 +227,6 @@ def gather(
             int(key) // 2,
             bool(key % 2),
             int(start),
-            _common_material(own),
             emitting(own),
             by_chance(own),
         )
@@ -251,10 +248,6 @@ def _shared_out(attributes: NDArray[np.float32], is_around: NDArray[np.bool_]) -
     if count == len(attributes):
         return Visible(attributes, attributes, attributes[:0])
     return Visible(attributes, attributes[is_around], attributes[~is_around])
-
-
-def _common_material(rows: NDArray[np.float32]) -> Mapping[str, object] | None:
-    return material_uniforms(rows[0]) if np.all(rows == rows[0]) else None
 
 
 @lru_cache(maxsize=16)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import moderngl
 
@@ -33,9 +32,8 @@ def draw_surfaces(
     """
     for part, program in zip(parts, programs, strict=True):
         group = part.group
-        own: Mapping[str, Any] = part.batch.material or {}
         textures = {n: t for n, t in group.textures.items() if program.takes(n)}
-        program.set({**uniforms, **{n: v for n, v in own.items() if program.takes(n)}}, textures)
+        program.set(uniforms, textures)
         program.check_complete(textures)
         instances, count = part.visible.in_turn, group.vertices.triangle_count
         group.hold(instances)
