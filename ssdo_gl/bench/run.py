@@ -1,4 +1,4 @@
-"""Runs a whole bench: references, errors, times, scaling, then tables, plots and report."""
+"""Runs a whole bench: references, errors, times, then tables, plots and report."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
-from ssdo_gl.bench import analysis, report, scaling
+from ssdo_gl.bench import analysis, report
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.judging import errors_of
@@ -212,14 +212,6 @@ class BenchRun:
         recommendation = analysis.recommend(results)
         chosen = report.chosen_results(results, recommendation)
         radius_px = (self.base.radius or 0.0) * unit_px(self.renderer, self.base, mask)
-        series = scaling.measure_scaling(
-            self.renderer,
-            self.base,
-            radius_px,
-            self.quick,
-            clock,
-            self.progress.steps,
-        )
         bench = Bench(
             scene=source,
             title=self.renderer.scene.title or source,
@@ -238,7 +230,6 @@ class BenchRun:
             results=results,
             references=summaries(results, references, mask),
             recommendation=recommendation,
-            series=series,
             pictures=report.take_pictures(
                 self.renderer, self.base, chosen, by_panel, mask, self.progress.steps
             ),

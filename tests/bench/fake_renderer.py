@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -59,12 +58,6 @@ class FakeRenderer:
         self.interrupt_after = interrupt_after
         self.speed = speed
         self.split_clocks: set[str] = set()
-        self.others: list[Scene] = []
-
-    @contextmanager
-    def of_scene(self, scene: Scene) -> Iterator[FakeRenderer]:
-        self.others.append(scene)
-        yield FakeRenderer()
 
     def _count(self, kind: str, settings: Settings) -> None:
         if self.interrupt_after is not None and len(self.calls) >= self.interrupt_after:

@@ -58,8 +58,6 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
-    # Scaling opens scenes of up to 400 000 triangles: not for a test of seconds.
-    monkeypatch.setattr(bench.scaling, "measure_scaling", lambda *arguments: [])
     grid = tmp_path / "grid.toml"
     grid.write_text(GRID)
     outdir = tmp_path / "out"

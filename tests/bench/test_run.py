@@ -106,16 +106,7 @@ def test_the_front_is_that_of_the_fake_costs(found):
     assert found.splits.keys() == fronts
 
 
-def test_scaling_and_pictures_are_there(found):
-    assert [series.name for series in found.series] == [
-        "samples",
-        "pixels",
-        "radius",
-        "triangles",
-    ]
-    # Spheres come in whole rings: the counts are close to what is wanted, not equal.
-    assert found.series[3].x[0] == pytest.approx(400, rel=0.1)
-    assert found.series[3].x[-1] == pytest.approx(400_000, rel=0.05)
+def test_pictures_are_there(found):
     assert sum(p.is_reference for p in found.pictures) == 3
     assert any(p.name == POINTS[1].label and p.flip_png for p in found.pictures)
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 Images = Mapping[str, NDArray[np.float32]]
@@ -50,12 +48,6 @@ class BenchRenderer:
         self.device = renderer.device
         self.device_name = renderer.device.renderer
         self.scene = renderer.scene
-
-    @contextmanager
-    def of_scene(self, scene: Scene) -> Iterator[BenchRenderer]:
-        """Yield a renderer of another scene on the same device."""
-        with Renderer(scene, device=self.device) as renderer:
-            yield BenchRenderer(renderer)
 
     def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
         """Return the images `wanted`, rendered once."""

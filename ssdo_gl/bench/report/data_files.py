@@ -16,7 +16,7 @@ def points_csv(bench: Bench) -> bytes:
 
 
 def bench_json(bench: Bench) -> bytes:
-    """Return what the CSV has no place for: machine, references, series, recommendation."""
+    """Return what the CSV has no place for: machine, references, recommendation."""
     recommended = bench.recommendation.result
     content: dict[str, Any] = {
         "scene": bench.scene,
@@ -35,7 +35,6 @@ def bench_json(bench: Bench) -> bytes:
         "references": {
             name: dataclasses.asdict(reference) for name, reference in bench.references.items()
         },
-        "series": [dataclasses.asdict(series) for series in bench.series],
         "splits": {key: dict(split) for key, split in bench.splits.items()},
         "recommendation": {
             "key": recommended.point.key if recommended else None,

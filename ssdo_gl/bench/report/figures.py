@@ -1,4 +1,4 @@
-"""The charts of a report: fronts, samples, growth, and where the time goes."""
+"""The charts of a report: fronts, samples, and where the time goes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 
 from ssdo_gl.bench.analysis import Result, front_of, percent, sureness, three_digits
-from ssdo_gl.bench.bench_data import Bench, Series
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.charts import (
@@ -17,7 +17,6 @@ from ssdo_gl.bench.report.charts import (
     has_logarithm,
     svg_element,
 )
-from ssdo_gl.bench.scaling import PARTS
 from ssdo_gl.bench.statistics import fit_power_law
 
 # Numbers beside dots that are closer than this would cover each other.
@@ -159,25 +158,6 @@ def _samples_chart(
     return Figure(title, chart.svg(), "; ".join(filter(None, laws)))
 
 
-def scaling_charts(bench: Bench) -> list[Figure]:
-    """Return cost against samples, pixels, radius and triangles, with fitted exponents."""
-    return [_scaling_chart(s, bench.clock) for s in bench.series]
-
-
-def _scaling_chart(series: Series, clock: str) -> Figure:
-    values = [value for curve in series.curves.values() for value in curve]
-    title = f"ms ({CLOCK_NAMES[clock]})"
-    chart = LogChart(series.name, series.x_label, title, series.x, values)
-    laws = []
-    for name, curve in series.curves.items():
-        chart.curve(series.x, curve, f"curve p{key.part_index(name)}")
-        law = fit_power_law(series.x, curve)
-        if law:
-            laws.append(f"{name} {law}")
-    text = f"Exponents: {'; '.join(laws)}." if laws else ""
-    return Figure(f"Time against {series.x_label}", chart.svg(), text)
-
-
 def split_chart(bench: Bench, results: Sequence[Result]) -> Figure:
     """Return where the time of some points goes, pass by pass, as stacked bars."""
     rows = [(r.point.label, bench.splits[r.point.key]) for r in results]
@@ -188,7 +168,7 @@ def split_chart(bench: Bench, results: Sequence[Result]) -> Figure:
         x, y = 0.0, number * row_height
         elements.append(f'<text x="0" y="{y + 12:.1f}">{escape(label)}</text>')
         for name, ms in split:
-            part = key.part_index(PARTS.get(name, "rest"))
+            part = key.PART_NAMES.index(key.part_of(name))
             elements.append(
                 f'<rect class="bar p{part}" x="{x:.2f}" y="{y + 16:.1f}" '
                 f'width="{ms * scale:.2f}" height="13">'

@@ -25,7 +25,7 @@ from ssdo_gl.bench.report.advice import (
 from ssdo_gl.bench.report.cells import table
 from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT, Figure
 from ssdo_gl.bench.report.data_files import bench_json, points_csv
-from ssdo_gl.bench.report.figures import front_chart, samples_charts, scaling_charts, split_chart
+from ssdo_gl.bench.report.figures import front_chart, samples_charts, split_chart
 from ssdo_gl.bench.report.gallery import data_uri, gallery
 from ssdo_gl.bench.report.sentences import (
     facts,
@@ -34,7 +34,6 @@ from ssdo_gl.bench.report.sentences import (
     reference_sentence,
 )
 from ssdo_gl.bench.report.tables import front_table, points_table
-from ssdo_gl.bench.scaling import PARTS
 
 
 def _source(name: str) -> str:
@@ -68,7 +67,6 @@ def report_html(bench: Bench) -> str:
         references=_references(bench),
         samples=_charts(samples_charts(bench), "No unfiltered settings were measured in this run."),
         part_key=_part_key(bench),
-        scaling=_charts(scaling_charts(bench), "Cost scaling was not measured in this run."),
         split=_split(bench, shown),
         points=points_table(bench),
         method="".join(f"<p>{escape(text)}</p>" for text in method_paragraphs(bench)),
@@ -137,9 +135,8 @@ def _charts(charts: Sequence[Figure], otherwise: str) -> str:
 
 
 def _part_key(bench: Bench) -> str:
-    curves = (name for series in bench.series for name in series.curves)
-    passes = (PARTS.get(name, "rest") for split in bench.splits.values() for name, _ in split)
-    return key.key_html(key.part_entries({*curves, *passes}))
+    passes = (name for split in bench.splits.values() for name, _ in split)
+    return key.key_html(key.part_entries(passes))
 
 
 def _split(bench: Bench, shown: Sequence[Result]) -> str:
