@@ -56,8 +56,8 @@ def carry_out(
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
     if "method" in given or (warm is None and settings.max_error is None):
-        # Of several scenes, another one's method may use what this one's cannot; a bound on
-        # the error may choose another method.
+        # Of a batch, another scene's method may use what this one's cannot; a bound on the
+        # error may choose another method.
         check_flags_used(command, settings, wanted, is_scene_read=True)
     camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:

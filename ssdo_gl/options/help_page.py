@@ -19,7 +19,6 @@ examples:
   ssdo-gl courtyard --snapshot courtyard.png    a picture of a built-in scene
   ssdo-gl model.glb --snapshot a.png --method gi --size 1920x1080
   ssdo-gl stairs --snapshot all.exr --aov all   every image, linear
-  ssdo-gl a.glb b.glb --snapshot "{name}.jpg"   several scenes
   ssdo-gl --batch 'models/*.glb' --out pictures   a picture of each
   ssdo-gl model.glb --serve                     fly through it in a browser
   ssdo-gl corner --explain                      which passes run, and why

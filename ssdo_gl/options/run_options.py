@@ -123,7 +123,7 @@ class RunOptions:
         None,
         "workers that render, each a process of its own: N here, or those of a Dask scheduler",
         metavar="local[:N]|tcp://HOST:PORT",
-        modes=frozenset({modes.BATCH, modes.FILM, modes.SNAPSHOT}),
+        modes=frozenset({modes.BATCH, modes.FILM}),
     )
     resume: bool = _running(
         False,

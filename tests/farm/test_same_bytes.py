@@ -47,28 +47,6 @@ def test_resume_renders_the_missing_frames(address: str, tmp_path: Path) -> None
     assert contents(tmp_path / "turn") == whole | {"frame_0003.png": b"kept"}
 
 
-def test_several_scenes_are_as_without_workers(
-    address: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    flags = ["--size", "48x27", "--method", "direct"]
-    told = []
-    for folder, more in (("here", []), ("there", ["--scheduler", address])):
-        Path(folder).mkdir()
-        out = ["--snapshot", f"{folder}/{{name}}.png"]
-        assert main(["corner", "nosuch.glb", "stairs", *out, *flags, *more]) == 2
-        said = capsys.readouterr()
-        assert said.err == "ssdo-gl: nosuch.glb: no such file\n"
-        names = [line for line in said.out.splitlines() if line.endswith(":")]
-        told.append((names, said.out.count("passes: ")))
-    assert told[0] == told[1] == (["corner:", "nosuch.glb:", "stairs:"], 2)
-    assert contents(tmp_path / "here") == contents(tmp_path / "there")
-    assert len(contents(tmp_path / "here")) == 2
-
-
 def test_a_batch_has_the_bytes_of_one_process(
     address: str,
     tmp_path: Path,

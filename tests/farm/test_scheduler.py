@@ -218,11 +218,6 @@ def test_a_scheduler_that_is_gone_is_said_to_be(tmp_path: Path) -> None:
         list(made)
 
 
-def test_standard_input_and_output_stay_here(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["corner", "--snapshot", "-", "--scheduler", "local"]) == 2
-    assert "workers have no standard input or output" in capsys.readouterr().err
-
-
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(FarmError, match=r"pip install 'ssdo_gl\[farm\]'"):
