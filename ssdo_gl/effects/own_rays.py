@@ -142,8 +142,10 @@ class OwnRaysPass(RenderPass):
         if not all(probes.fresh):
             return self._produced(context, OwnRays(probes))
         known = facts_of(context, OWN_RAYS[0], OwnRays)
-        rays = known if known is not None and known.source is probes else None
-        rays = rays or self._begun(context, probes)
+        if known is not None and (known.source, known.stride) == (probes, self.stride):
+            rays = known
+        else:
+            rays = self._begun(context, probes)
         if rays.textures and not rays.is_known:
             done = rays.parts + 1 if frame.is_live else parts
             height = rays.textures[1].height
@@ -172,7 +174,7 @@ class OwnRaysPass(RenderPass):
         flags.release()
         chosen, many = self._chosen(classes)
         if not len(chosen):
-            return OwnRays(probes)
+            return OwnRays(probes, stride=self.stride)
         places, pixels = places_of(chosen, many, frame.view.size)
         codes = (code_x + (code_y.astype(np.int32) << 8)).reshape(places.shape)
         places = np.concatenate([places, codes], axis=-1)
@@ -188,7 +190,7 @@ class OwnRaysPass(RenderPass):
             *((make_texture(gl, size, 4, "f4"),) if pieces_of(context) is not None else ()),
         )
         are_all = not self.is_steady and self.settings.pixel_rays > 0
-        return OwnRays(probes, textures, many=many, are_all=are_all)
+        return OwnRays(probes, textures, stride=self.stride, many=many, are_all=are_all)
 
     def _guide(self, context: PassContext) -> moderngl.Texture:
         """Return how often rays are to follow each direction of the probes."""

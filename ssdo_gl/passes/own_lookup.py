@@ -47,6 +47,8 @@ class OwnRays:
     textures : tuple of moderngl.Texture
         Those of the resources; until all rays are traced, which pixel each texel stands for and
         what its rays follow, too. None: there is no such pixel.
+    stride : int
+        Of the pixels of which one has rays at most, along each side: 2 of estimators of half size.
     many : int
         How many pixels, the first ones, have many rays.
     parts : int
@@ -61,6 +63,7 @@ class OwnRays:
 
     source: ProbeRays
     textures: tuple[moderngl.Texture, ...] = ()
+    stride: int = 1
     many: int = 0
     parts: int = 0
     is_known: bool = False

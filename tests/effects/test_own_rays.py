@@ -57,6 +57,12 @@ def beauty(drawing: Drawing) -> np.ndarray:
     return np.array(drawing.planes["beauty"].read()[..., :3])
 
 
+def at_rest(renderer: Renderer) -> np.ndarray:
+    while not (drawing := live(renderer)).is_settled:
+        pass
+    return beauty(drawing)
+
+
 def test_what_an_edge_in_front_shades_is_as_dark_as_by_paths() -> None:
     def error(**overrides: int) -> float:
         found = drawn(plate(), overrides=overrides)
@@ -125,11 +131,6 @@ def test_what_only_tracing_reads_is_not_kept_at_rest(monkeypatch: pytest.MonkeyP
 def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def at_rest(renderer: Renderer) -> np.ndarray:
-        while not (drawing := live(renderer)).is_settled:
-            pass
-        return beauty(drawing)
-
     with renderer_of(plate()) as renderer:
         expected = at_rest(renderer)
     original = own_rays.OwnRaysPass._trace
@@ -145,6 +146,18 @@ def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
     with renderer_of(plate()) as renderer:
         with pytest.raises(InterruptedError):
             at_rest(renderer)
+        assert np.array_equal(at_rest(renderer), expected)
+
+
+def test_pixels_that_estimators_of_half_the_size_leave_out_trace_at_full_size() -> None:
+    """A governor tries lower quality before the picture is refined: of the same view."""
+    with renderer_of(plate()) as renderer:
+        expected = at_rest(renderer)
+    with renderer_of(plate()) as renderer:
+        full = renderer.settings
+        renderer.use(dataclasses.replace(full, resolution_scale=0.5))
+        assert not np.array_equal(at_rest(renderer), expected)
+        renderer.use(full)
         assert np.array_equal(at_rest(renderer), expected)
 
 
