@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, ClassVar
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
@@ -150,31 +149,12 @@ class BouncePass(RenderPass):
             "SUMS_SENDERS": int(terms is not None),
             "GLOSSY": 0,
         }
-        self.changed = partial(
-            BouncePass,
-            settings,
-            sender_bound=sender_bound,
-            has_back_layer=has_back_layer,
-            takes_directions=takes_directions,
-            adds=adds,
-            terms=terms,
-            has_own_rays=has_own_rays,
-        )
 
     @property
     def looks_up_much(self) -> bool:
         """Whether senders are looked up more often, in the frame, than there are pixels."""
         directions = self.settings.direction_count * self.settings.resolution_scale**2
         return directions > 1.0 or not ESTIMATORS[self.settings.estimator].names_blockers
-
-    def settings_key(self) -> Hashable:
-        return (
-            self.settings,
-            self.sender_bound,
-            self.reads,
-            tuple(self._defines.items()),
-            self._terms,
-        )
 
     def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
         """Return all that march and senders read, where per-pixel rays take their place."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, ClassVar
@@ -221,19 +221,6 @@ class DirectPass(RenderPass):
         # pattern of soft shadows.
         casts = shadow_maps or rays is not None
         self.depends_on = ("view", "lights", *(("geometry", "seed") if casts else ()))
-
-    def settings_key(self) -> Hashable:
-        return (
-            self.settings,
-            self.shadow_maps,
-            self._unread,
-            self._elsewhere,
-            self.parts_per_side,
-            self.lifts,
-            self.glossy,
-            self._rays,
-            *self._ray_wiring,
-        )
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target for each light, adding up; then over what is glossy."""

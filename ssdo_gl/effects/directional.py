@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -25,6 +25,7 @@ from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
+    environment_defines,
     environment_uniforms,
 )
 from ssdo_gl.passes.far_probes import (
@@ -43,7 +44,6 @@ from ssdo_gl.passes.screen_space_settings import (
     kept_resources,
 )
 from ssdo_gl.scene.environment import (
-    ENVIRONMENT_KINDS,
     EnvironmentKind,
     kind_of,
 )
@@ -181,7 +181,7 @@ class DirectionalPass(RenderPass):
                 is_open=is_open,
                 keeps_directions=keeps is not None,
             ),
-            "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
+            **environment_defines(environment),
             "HAS_BAKED_OCCLUSION": int(has_baked_occlusion),
             "ALWAYS_MARCHES": int(always_marches or has_baked_occlusion),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
@@ -190,9 +190,6 @@ class DirectionalPass(RenderPass):
             "NEEDS_HEMISPHERE": int(needs_visibility or environment != "none" or is_paper),
             **probe_defines(far_field),
         }
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self.reads, tuple(self._defines.items())
 
     def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
         """Return what the march reads, where per-pixel rays take its place."""

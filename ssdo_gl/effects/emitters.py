@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -89,9 +89,6 @@ class EmittersPass(RenderPass):
         # Of panels that are exact lights where there are fewer.
         self.is_crowd = is_crowd
         self.reads = (*SURFACES, *ray_reads(features, shades=True), *EMITTER_TABLES, *GLOW_TREE)
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.is_crowd
 
     def execute(self, context: PassContext) -> None:
         """Trace the rays of all pixels."""

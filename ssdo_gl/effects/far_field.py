@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -78,9 +78,6 @@ class FarProbesPass(RenderPass):
         self.steady_reads = SURFACES if is_steady else ()
         self._of_view = ("steady_view" if is_steady else "view", "geometry")
         self.depends_on = (*self._of_view, "steady_seed" if is_steady else "seed")
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.is_steady, self._may_give_way
 
     def execute(self, context: PassContext) -> Produced:
         """Trace one ray for each direction of the probes whose turn it is."""
@@ -167,9 +164,6 @@ class CachedIrradiancePass(RenderPass):
         self.reads = ("z_vs", *ray_reads(features, shades=True), *cache_tables(features))
         self.steady_reads = ("z_vs",) if is_steady else ()
         self.depends_on = ("steady_view" if is_steady else "view", "geometry")
-
-    def settings_key(self) -> Hashable:
-        return self.features, self.steady_reads
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Look up every pixel's piece of surface, or one of four pixels while the view moves."""

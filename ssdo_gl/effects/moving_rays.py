@@ -10,7 +10,7 @@ from ssdo_gl.effects.moving_light import averaged, guide_of
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import Dtype
-from ssdo_gl.passes.environment_uniforms import environment_uniforms
+from ssdo_gl.passes.environment_uniforms import environment_defines, environment_uniforms
 from ssdo_gl.passes.far_probes import FarFieldSettings, mean_radiance
 from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
@@ -19,7 +19,7 @@ from ssdo_gl.passes.surfels import bright_reads, pieces_of
 from ssdo_gl.passes.temporal import is_framed_alike, versions
 from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
+from ssdo_gl.scene.environment import EnvironmentKind
 
 # Channels of the pixel's place and its normal's code, and of the light from beyond R and within.
 FORMATS: tuple[tuple[int, Dtype], ...] = ((2, "i4"), (4, "f4"), (4, "f4"))
@@ -90,7 +90,7 @@ def moving_rays(
     numbers, known = numbers_of_rays(context, radius, counts, stride, past)
     defines = {
         **ray_defines(context, features),
-        "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
+        **environment_defines(environment),
         "BRIGHT_PIECES": int(pieces_of(context) is not None),
     }
     uniforms = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,12 @@ from ssdo_gl.effects.moving_rays import FORMATS, moving_rays, ray_counts
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.environment_uniforms import MAP_IRRADIANCE, MAP_RADIANCE, environment_uniforms
+from ssdo_gl.passes.environment_uniforms import (
+    MAP_IRRADIANCE,
+    MAP_RADIANCE,
+    environment_defines,
+    environment_uniforms,
+)
 from ssdo_gl.passes.far_probes import (
     FAR_POINTS,
     FAR_RADIANCE,
@@ -28,7 +33,7 @@ from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_reads, ray_uniforms, stream_of
 from ssdo_gl.passes.surfels import BRIGHT_TABLES, bright_reads, cache_tables, pieces_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
+from ssdo_gl.scene.environment import EnvironmentKind
 
 SURFACES = ("z_vs", "normals_vs")
 # Of a view of many frames, which share them: so many times as many, at most.
@@ -118,9 +123,6 @@ class OwnRaysPass(RenderPass):
             *(BRIGHT_TABLES if settings.aimed_rays else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE, "ray_map_cells") if environment == "map" else ()),
         )
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.environment, self.stride, self.is_steady
 
     def execute(self, context: PassContext) -> Produced:
         """Trace the rays of some of the pixels, once the probes have all of theirs."""
@@ -218,7 +220,7 @@ class OwnRaysPass(RenderPass):
             **ray_defines(context, self.features),
             "PROBE_TILE": self.settings.tile,
             "PROBE_SIDE": self.settings.directions,
-            "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
+            **environment_defines(self.environment),
         }
         seed = frame.first_seed if self.is_steady else frame.seed
         uniforms = {

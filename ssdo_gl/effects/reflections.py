@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -19,7 +19,7 @@ from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
-    environment_kind,
+    environment_defines,
     environment_uniforms,
 )
 from ssdo_gl.passes.rays import (
@@ -40,7 +40,7 @@ from ssdo_gl.passes.screen_space_settings import (
 )
 from ssdo_gl.passes.surfels import cache_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment import EnvironmentKind, kind_of
 from ssdo_gl.settings.fields import setting
 
 # Up to this roughness a march finds what lies beyond R, and mirrors show what surfaces reflect.
@@ -122,7 +122,7 @@ class ReflectionsPass(RenderPass):
         self,
         settings: ReflectionsSettings,
         march: ScreenSpaceSettings,
-        environment: Environment | None,
+        environment: EnvironmentKind,
         *,
         bound: float | None = None,
         has_back_layer: bool = False,
@@ -140,13 +140,13 @@ class ReflectionsPass(RenderPass):
                 *((*GLOW_TREE, GLOW_PLACES) if rays.glow_is_direct else ()),
             )
         )
-        kind = environment_kind(environment)
+        has_lobes = environment in ("gradient", "map")
         self._wiring = {
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs",
             **brdf_wiring(glossy=True),
-            **({"t_environment_lobes": "environment_lobes"} if kind > 1 else {}),
-            **({"t_environment": MAP_RADIANCE} if kind == 3 else {}),
+            **({"t_environment_lobes": "environment_lobes"} if has_lobes else {}),
+            **({"t_environment": MAP_RADIANCE} if environment == "map" else {}),
             **({"t_sender_radiance": "sender_radiance"} if bound is not None else {}),
             **({"t_z_layers": "z_layers"} if has_back_layer else {}),
             **{f"t_{name}": name for name in tables},
@@ -161,11 +161,8 @@ class ReflectionsPass(RenderPass):
             "REFINE_COUNT": settings.refine_steps,
             "HAS_BACK_LAYER": int(has_back_layer),
             "GATHERS_SENDERS": int(bound is not None),
-            "ENVIRONMENT_KIND": kind,
+            **environment_defines(environment),
         }
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self._march, self._bound, self._rays, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over what is glossy."""
@@ -257,7 +254,7 @@ class Reflections(Effect):
         item = ReflectionsPass(
             settings,
             ScreenSpaceSettings(radius=request.radius),
-            request.scene.environment,
+            kind_of(request.scene.environment),
             bound=bound if is_bounce else None,
             has_back_layer=request.runs("back_layer"),
             rays=replace(request.ray_features, glow_is_direct=glows)

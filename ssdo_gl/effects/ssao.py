@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -86,9 +86,6 @@ class SsaoPass(RenderPass):
             keeps or 0,
             keeps_directions=keeps is not None,
         )
-
-    def settings_key(self) -> Hashable:
-        return self.settings, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         choices = ESTIMATORS[self.settings.estimator].choices

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
@@ -77,7 +77,8 @@ class RenderPass(ABC):
 
     A pass is one small class and one shader of the same stem. It declares what it
     reads and writes and never reaches for anything else. It holds no image state:
-    running it twice with the same inputs gives the same bytes.
+    running it twice with the same inputs gives the same bytes. Passes of one name and class that
+    were made of equal arguments make the same.
 
     Attributes
     ----------
@@ -111,6 +112,8 @@ class RenderPass(ABC):
     statistics : mapping
         What a Monte-Carlo pass has to say of its last run (samples per pixel,
         standard errors, whether it was interrupted); empty for all others.
+    given, named : tuple, mapping
+        The arguments that it was made of.
     """
 
     name: str
@@ -127,10 +130,22 @@ class RenderPass(ABC):
     lags: ClassVar[bool] = True
     is_settled: bool = True
     statistics: Mapping[str, Any] = MappingProxyType({})
+    given: tuple[Any, ...]
+    named: Mapping[str, Any]
+
+    def __new__(cls, *given: Any, **named: Any) -> Self:
+        """Note what the pass is made of."""
+        item = super().__new__(cls)
+        item.given, item.named = given, named
+        return item
 
     def settings_key(self) -> Hashable:
-        """Return what identifies this pass' settings (a frozen dataclass is one)."""
-        return getattr(self, "settings", None)
+        """Return what tells passes of one class apart."""
+        return _hashable((self.given, self.named))
+
+    def changed(self, **others: Any) -> Self:
+        """Return one that is made of `others` of its arguments by name."""
+        return type(self)(*self.given, **{**self.named, **others})
 
     def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
         """Return which of its reads do not matter to this run, by what others have found.
@@ -142,3 +157,12 @@ class RenderPass(ABC):
     @abstractmethod
     def execute(self, context: PassContext) -> Produced | None:
         """Run; return the textures of ``own`` resources, newly made or kept."""
+
+
+def _hashable(value: Any) -> Hashable:
+    """Return arguments with tuples for the containers that could change."""
+    if isinstance(value, Mapping):
+        return tuple((name, _hashable(item)) for name, item in value.items())
+    if isinstance(value, list | tuple):
+        return tuple(map(_hashable, value))
+    return frozenset(value) if isinstance(value, set) else value

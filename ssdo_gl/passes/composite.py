@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal, NamedTuple, Protocol
 
 from ssdo_gl.graph.frame import Frame
@@ -15,11 +14,11 @@ from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
-    environment_kind,
+    environment_defines,
     environment_uniforms,
 )
 from ssdo_gl.passes.terms import term_defines, term_wiring
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment import EnvironmentKind
 
 # The choices of the setting `combine`, and what the reference of "report" takes.
 OcclusionMode = Literal["ambient", "multiply", "report", "report_traced"]
@@ -49,10 +48,6 @@ class Ending(Protocol):
     @property
     def wiring(self) -> Mapping[str, str]:
         """The resource behind each sampler."""
-
-    @property
-    def key(self) -> Hashable:
-        """All that distinguishes two of these."""
 
     def uniforms(self, context: PassContext) -> Mapping[str, object]:
         """Return those of its shader."""
@@ -87,8 +82,8 @@ class CompositePass(RenderPass):
 
     Parameters
     ----------
-    environment : Environment or None
-        The scene's: decides the kind of sky, and which of its maps are read.
+    environment : str
+        Kind of the scene's: none, constant, gradient or map.
     irradiances, radiances : sequence of str
         Resources that are added up, full size, in this order.
     visibility : str or None
@@ -113,7 +108,7 @@ class CompositePass(RenderPass):
 
     def __init__(
         self,
-        environment: Environment | None,
+        environment: EnvironmentKind = "none",
         irradiances: Sequence[str] = (),
         radiances: Sequence[str] = (),
         *,
@@ -126,24 +121,11 @@ class CompositePass(RenderPass):
     ) -> None:
         self.irradiances = tuple(irradiances)
         self.glossy = glossy
-        self.changed = partial(
-            CompositePass,
-            environment,
-            irradiances=self.irradiances,
-            radiances=tuple(radiances),
-            visibility=visibility,
-            combine=combine,
-            glossy=glossy,
-            gloss=gloss,
-            display=display,
-            last_stage=last_stage,
-        )
         self._last_stage = last_stage
         self.writes, shown, self._display_uniforms = display or _AS_IT_IS
-        kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
         common = {
-            "ENVIRONMENT_KIND": kind,
+            **environment_defines(environment),
             "COMBINE": number,
             "IS_SHOWN": int(display is not None),
             **shown,
@@ -157,13 +139,14 @@ class CompositePass(RenderPass):
         }
         kind_of_end = "none" if last_stage is None else "filtered"
         self._choices = {"last_stage": f"last_stages/{kind_of_end}.glsl"}
+        has_map = environment == "map"
         wiring = {
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs" if number in (1, 2) else None,
             **brdf_wiring(False),
             "t_visibility": visibility,
-            "t_environment": MAP_RADIANCE if kind == 3 else None,
-            "t_environment_irradiance": MAP_IRRADIANCE if kind == 3 and number in (1, 2) else None,
+            "t_environment": MAP_RADIANCE if has_map else None,
+            "t_environment_irradiance": MAP_IRRADIANCE if has_map and number in (1, 2) else None,
             **term_wiring(irradiances, ()),
             **({} if last_stage is None else last_stage.wiring),
         }
@@ -174,12 +157,6 @@ class CompositePass(RenderPass):
             for key, names in read.items()
         }
         self.reads = tuple(dict.fromkeys(self._wirings[int(glossy), True].values()))
-
-    def settings_key(self) -> Hashable:
-        """Return all that distinguishes two of these."""
-        shown = tuple(self._display_uniforms.items())
-        key = None if self._last_stage is None else self._last_stage.key
-        return tuple(sorted(self._defines[int(self.glossy), True].items())), shown, key
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and others over what is glossy, and what emits."""

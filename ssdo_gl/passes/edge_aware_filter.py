@@ -196,17 +196,11 @@ class EdgeAwareFilterPass(RenderPass):
     def renamed(self, names: Mapping[str, str]) -> EdgeAwareFilterPass:
         """Return one that writes the same to resources of other names."""
         signals = [replace(s, result=names.get(s.result, s.result)) for s in self.signals]
-        return self.changed(self.name, *signals)
+        return self.like(self.name, *signals)
 
-    def changed(self, name: str, *signals: Signal, **more: Any) -> EdgeAwareFilterPass:
+    def like(self, name: str, *signals: Signal) -> EdgeAwareFilterPass:
         """Return one of another name that filters other images in the same way."""
-        own = {"parts_edges": self.parts_edges, "levels": self.levels, "factor": self.factor}
-        more = {**own, **more}
-        return EdgeAwareFilterPass(name, self.settings, *signals, **more)
-
-    def settings_key(self) -> Hashable:
-        own = self.settings, self.signals, self.parts_edges, self.leaves_last
-        return *own, self.levels, self.factor
+        return EdgeAwareFilterPass(name, self.settings, *signals, **self.named)
 
     def defines_of(self, stage: Stage, stride: int, *, is_first: bool) -> dict[str, int]:
         """Return the defines of ``lib/edge_aware_filter.glsl``."""
@@ -297,51 +291,43 @@ class EdgeAwareFilterPass(RenderPass):
         return self._scratch
 
 
-class LastStage:
-    """The last stage of a filter of one image, run by the pass that reads the result.
+class LastStage(NamedTuple):
+    """The last stage of a filter of one image, run by the pass that reads the result."""
 
-    Parameters
-    ----------
-    whole : EdgeAwareFilterPass
-        What runs all stages.
-    scale : float
-        Of its source, relative to the frame.
-    """
-
-    def __init__(self, whole: EdgeAwareFilterPass, scale: float) -> None:
-        (signal,) = whole.signals
-        stride = 1 if scale == 1.0 else 2
-        stages = _stages(whole.settings.filter, stride)
-        self.result = signal.result
-        self._stage = stages[-1]
-        self._settings = whole.settings
-        # What runs the others, if there are any.
-        self.rest: EdgeAwareFilterPass | None = None
-        self.source = signal.source
-        if len(stages) > 1:
-            self.source = f"{signal.result}_before_last"
-            self.rest = EdgeAwareFilterPass(
-                whole.name,
-                whole.settings,
-                replace(signal, result=self.source),
-                parts_edges=whole.parts_edges,
-                leaves_last=True,
-                scale=scale,
-            )
-        self.defines = whole.defines_of(self._stage, stride, is_first=self.rest is None)
-        self.wiring = {"t_value_0": self.source, **{f"t_{name}": name for name in whole.reads[1:]}}
-
-    @property
-    def key(self) -> Hashable:
-        """All that distinguishes two of these."""
-        return self._settings, self.source, tuple(self.defines.items())
+    settings: EdgeAwareFilterSettings
+    stage: Stage
+    defines: Mapping[str, int]
+    wiring: Mapping[str, str]
 
     def uniforms(self, context: PassContext) -> dict[str, Any]:
         """Return the uniforms of ``lib/edge_aware_filter.glsl``."""
         return {
-            **uniforms(self._settings, context.frame),
-            **(own_uniforms(context) if self._stage.kind in (_SEPARABLE, _BOX) else {}),
+            **uniforms(self.settings, context.frame),
+            **(own_uniforms(context) if self.stage.kind in (_SEPARABLE, _BOX) else {}),
         }
+
+
+def without_last_stage(
+    whole: EdgeAwareFilterPass, scale: float
+) -> tuple[EdgeAwareFilterPass | None, LastStage]:
+    """Return what runs the other stages of a filter of one image, if there are any, and the last.
+
+    Parameters
+    ----------
+    scale : float
+        Of its source, relative to the frame.
+    """
+    (signal,) = whole.signals
+    stride = 1 if scale == 1.0 else 2
+    stages = _stages(whole.settings.filter, stride)
+    source, rest = signal.source, None
+    if len(stages) > 1:
+        source = f"{signal.result}_before_last"
+        first = replace(signal, result=source)
+        rest = whole.like(whole.name, first).changed(leaves_last=True, scale=scale)
+    defines = whole.defines_of(stages[-1], stride, is_first=rest is None)
+    wiring = {"t_value_0": source, **{f"t_{name}": name for name in whole.reads[1:]}}
+    return rest, LastStage(whole.settings, stages[-1], defines, wiring)
 
 
 def joined_filters(
@@ -380,6 +366,6 @@ def joined_filters(
         else:
             signals = first.signals + item.signals
             joined[first.name] = None
-            joined[item.name] = item.changed(FILTER, *signals)
+            joined[item.name] = item.like(FILTER, *signals)
     found = (joined.get(item.name, item) for item in passes)
     return tuple(item for item in found if item is not None)

@@ -6,9 +6,8 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.scene.environment import (
     ENVIRONMENT_KINDS,
     ConstantEnvironment,
-    Environment,
+    EnvironmentKind,
     GradientEnvironment,
-    kind_of,
 )
 
 # Resources that hold a map; the other kinds need no texture.
@@ -16,9 +15,9 @@ MAP_RADIANCE = "environment"
 MAP_IRRADIANCE = "environment_irradiance"
 
 
-def environment_kind(environment: Environment | None) -> int:
+def environment_defines(environment: EnvironmentKind) -> dict[str, int]:
     """Return the define ``ENVIRONMENT_KIND``: 0 none, 1 constant, 2 gradient, 3 map."""
-    return ENVIRONMENT_KINDS.index(kind_of(environment))
+    return {"ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment)}
 
 
 def environment_uniforms(frame: Frame) -> dict[str, object]:

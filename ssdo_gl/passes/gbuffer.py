@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from typing import Any, ClassVar
 
@@ -101,9 +101,6 @@ class GBufferPass(RenderPass):
             for name in self.TARGETS
             if name != "z_vs"
         }
-
-    def settings_key(self) -> Hashable:
-        return tuple(self.writes), self.by_chance, self._clears_emission
 
     def execute(self, context: PassContext) -> None:
         view, target = context.frame.view, context.target

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -43,9 +43,6 @@ class RadianceAovPass(RenderPass):
         self.writes = {radiance: TextureSpec(4, "f4")}
         self._glossy = glossy
         self._defines = {**term_defines(irradiances, radiances), "GLOSSY": int(glossy)}
-
-    def settings_key(self) -> Hashable:
-        return tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         program = context.shaders.fullscreen("passes/radiance_aov.frag", self._defines)

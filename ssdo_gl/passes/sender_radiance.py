@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from typing import ClassVar
 
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -33,9 +32,6 @@ class SenderRadiancePass(RenderPass):
         self.terms = terms
         self.reads = tuple(terms.wiring(glossy).values())
         self.writes = {"sender_radiance": TextureSpec(4)}
-
-    def settings_key(self) -> Hashable:
-        return self.glossy, self.terms
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and one over what is glossy."""

@@ -197,17 +197,6 @@ class TemporalPass(RenderPass):
         self.reads = (*images, *source, "z_vs", "normals_vs", *own)
         self.writes = {result: TextureSpec(4, own=True) for result in images.values()}
 
-    def settings_key(self) -> Hashable:
-        return (
-            self.settings,
-            tuple(self.images.items()),
-            self.made_from,
-            self.unfiltered,
-            self.lit_by,
-            self.reads,
-            self.camera_alone,
-        )
-
     def execute(self, context: PassContext) -> Produced:
         """Average, or hand the images on as they are."""
         frame = context.frame

@@ -10,8 +10,8 @@ from ssdo_gl.passes.composite import CompositePass, Display
 from ssdo_gl.passes.edge_aware_filter import (
     FILTER,
     EdgeAwareFilterPass,
-    LastStage,
     joined_filters,
+    without_last_stage,
 )
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
@@ -31,7 +31,9 @@ def without_unread_targets(pipeline: Pipeline, is_glossy: bool) -> Pipeline:
     clears = "emission" in pipeline.resources or not are_sums
     return pipeline.changed(
         {
-            item: GBufferPass(read, by_chance=item.by_chance, clears_emission=clears)
+            item: GBufferPass(
+                read & item.TARGETS.keys(), by_chance=item.by_chance, clears_emission=clears
+            )
             for item in pipeline.passes
             if isinstance(item, GBufferPass)
         }
@@ -70,7 +72,7 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
     return pipeline.changed(
         {
             bounce: bounce.changed(adds=added),
-            joined: joined.changed(FILTER, light),
+            joined: joined.like(FILTER, light),
             composite: composite.changed(irradiances=[*others, SUMMED_LIGHT]),
         }
     )
@@ -115,10 +117,10 @@ def with_last_stage(pipeline: Pipeline) -> Pipeline:
     if whole.levels or whole.factor:
         return pipeline
     specs = {name: spec for item in order for name, spec in item.writes.items()}
-    end = LastStage(whole, specs[whole.signals[0].source].scale)
+    rest, end = without_last_stage(whole, specs[whole.signals[0].source].scale)
     summed = composite.changed(irradiances=composite.irradiances[:-1], last_stage=end)
     return pipeline.changed(
-        {whole: end.rest, composite: summed},
+        {whole: rest, composite: summed},
         "its only stage is run where the terms are added up",
     )
 

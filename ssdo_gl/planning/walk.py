@@ -24,6 +24,7 @@ from ssdo_gl.planning.merged_passes import (
     without_unread_targets,
 )
 from ssdo_gl.planning.pipeline import Pipeline
+from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
 
 
@@ -170,9 +171,11 @@ class _Builder:
         occlusions = (effect.occlusion(request) for effect in shown)
         visibility, combine = next((found for found in occlusions if found), NO_OCCLUSION)
         terms = [term for effect in shown for term in effect.terms_of(request)]
+        irradiances, radiances = _by_kind(term for term in terms if not term.glossy)
         composite = CompositePass(
-            request.scene.environment,
-            *_by_kind(term for term in terms if not term.glossy),
+            kind_of(request.scene.environment),
+            irradiances=irradiances,
+            radiances=radiances,
             gloss=[term.resource for term in terms if term.glossy],
             visibility=visibility,
             combine=combine,

@@ -42,7 +42,7 @@ def test_constant_visibility_is_open_and_depends_on_nothing(gl, shaders, frame):
 
 def test_without_emission_nothing_is_added(gl, shaders, frame, base):
     inputs = {**base, "emission": np.zeros((HEIGHT, WIDTH, 4)), "e": noise(1, 4)}
-    whole, lean = (CompositePass(None, ["e"], emitted) for emitted in (["emission"], []))
+    whole, lean = (CompositePass("none", ["e"], emitted) for emitted in (["emission"], []))
     assert "emission" not in lean.reads and whole.settings_key() != lean.settings_key()
     pictures = [
         run_pass(gl, shaders, item, frame, {n: inputs[n] for n in item.reads})["beauty"]

@@ -186,7 +186,7 @@ def test_texel_by_texel_passes_keep_faults_where_they_are(gl, shaders, record, p
     frame = picture_frame(SIZE, 0.4)
     passes = {
         "sender_radiance": SenderRadiancePass(SenderTerms(TERMS[1:], TERMS[:1])),
-        "beauty": CompositePass(None, TERMS[1:], TERMS[:1]),
+        "beauty": CompositePass("none", TERMS[1:], TERMS[:1]),
     }
     faulty = {key: image.copy() for key, image in images.items()}
     faulty[name][FAULT] = POISONS[poison]

@@ -169,7 +169,7 @@ def test_terms_are_added_up(gl, shaders, record, seed, light):
             emission + albedo[..., :3] / np.pi * (direct + directional),
         ),
         (
-            CompositePass(None, TERMS[1:], TERMS[:1]),
+            CompositePass("none", TERMS[1:], TERMS[:1]),
             emission + albedo[..., :3] / np.pi * (direct + directional + bounce),
         ),
     )  # fmt: skip

@@ -15,7 +15,6 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.rays import GlowTreePass
 from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
@@ -25,6 +24,7 @@ from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
 from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, SurfaceCacheSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.triangles import normalised_frame
+from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.scene import Scene
 
 
@@ -54,7 +54,10 @@ def cache_passes(
     scene: Scene, settings: SurfaceCacheSettings, *, by_tree: bool = False
 ) -> list[RenderPass]:
     """Return the passes of the cache and of the tables that it reads."""
-    features, sky = replace(RayFeatures.of(scene), glow_is_direct=by_tree), scene.environment
+    features, sky = (
+        replace(RayFeatures.of(scene), glow_is_direct=by_tree),
+        kind_of(scene.environment),
+    )
     tables = [BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass(), EmitterTablesPass()]
     tables += [GlowTreePass(stand_ins=True)] if by_tree else []
     cache = [
@@ -64,7 +67,7 @@ def cache_passes(
         SurfelDirectPass(settings, features, sky),
         SurfaceCachePass(settings, features),
     ]
-    return [*tables, *cache, *([EnvironmentPass()] if environment_kind(sky) == 3 else [])]
+    return [*tables, *cache, *([EnvironmentPass()] if sky == "map" else [])]
 
 
 def fill(

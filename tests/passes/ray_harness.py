@@ -18,10 +18,10 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import ProgressCallback, RenderPass
-from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
+from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.scene import Scene
 
 Images = dict[str, NDArray[np.float32]]
@@ -67,7 +67,7 @@ class Tracer:
         names = (*item.writes, *outputs)
         tables = [GBufferPass(), BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass()]
         tables += [EmitterTablesPass(), ReflectanceTablePass()]
-        if environment_kind(self.scene.environment) == 3:
+        if kind_of(self.scene.environment) == "map":
             tables.append(EnvironmentPass())
         plan = compile_graph([*tables, *before, item], names)
         versions = {"seed": seed, "view": self.frame.view.key()}

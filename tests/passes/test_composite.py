@@ -13,12 +13,16 @@ from ssdo_gl.passes.composite import CompositePass, Display
 from ssdo_gl.passes.edge_aware_filter import (
     EdgeAwareFilterPass,
     EdgeAwareFilterSettings,
-    LastStage,
     Signal,
+    without_last_stage,
 )
 from ssdo_gl.passes.tone_map import CURVES, ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    kind_of,
+)
 
 SIZE = (16, 12)
 # A few roundings of 6e-8.
@@ -56,7 +60,7 @@ def terms(seed=1):
 def compose(gl, shaders, images, environment=None, emission_region=None, **wiring):
     scene = make_scene(camera=CAMERA, environment=environment)
     wiring = {"radiances": ["emission"], **wiring}
-    composite = CompositePass(environment, **wiring)
+    composite = CompositePass(kind_of(environment), **wiring)
     frame = dataclasses.replace(make_frame(scene, SIZE), emission_region=emission_region)
     inputs = {name: images[name] for name in composite.reads}
     return frame, run_pass(gl, shaders, composite, frame, inputs)["beauty"]
@@ -146,7 +150,7 @@ def test_what_visibility_multiplies(gl, shaders, combine, environment):
 def test_sky_is_the_environment_along_each_ray(gl, shaders, jitter_px):
     images, _ = terms()
     scene = make_scene(camera=CAMERA, environment=GRADIENT)
-    composite = CompositePass(GRADIENT)
+    composite = CompositePass("gradient")
     frame = make_frame(scene, SIZE, jitter_px=jitter_px)
     beauty = run_pass(gl, shaders, composite, frame, {n: images[n] for n in composite.reads})[
         "beauty"
@@ -190,7 +194,7 @@ def test_what_a_display_shows_is_what_the_tone_mapper_makes(gl, shaders, backgro
     tone = ToneMapPass(ToneMapSettings(exposure=0.5, background=background, curve=curve))
     wanted = run_pass(gl, shaders, tone, frame, {"beauty": beauty})["display"]
     display = Display(tone.writes, tone.defines, tone.uniforms)
-    both = CompositePass(GRADIENT, **wiring, display=display)
+    both = CompositePass("gradient", **wiring, display=display)
     found = run_pass(gl, shaders, both, frame, {name: images[name] for name in both.reads})
     np.testing.assert_allclose(found["display"], wanted, atol=DISPLAY_STEP)
     assert np.ptp(wanted[..., :3]) > 0.5
@@ -217,14 +221,14 @@ def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale,
 
     images |= made_by(whole)
     lights = ["direct_irradiance", "smooth"]
-    wanted = made_by(CompositePass(None, lights, ["emission"], glossy=glossy))["beauty"]
-    end = LastStage(whole, scale)
-    assert (end.rest is None) == ((scale == 1.0 and name != "edge") or name == "none")
-    if end.rest is not None:
-        images |= made_by(end.rest)
-        assert images[end.source].shape == raw.shape
+    wanted = made_by(CompositePass("none", lights, ["emission"], glossy=glossy))["beauty"]
+    rest, end = without_last_stage(whole, scale)
+    assert (rest is None) == ((scale == 1.0 and name != "edge") or name == "none")
+    if rest is not None:
+        images |= made_by(rest)
+        assert images[end.wiring["t_value_0"]].shape == raw.shape
     del images["smooth"]
-    ended = CompositePass(None, lights[:1], ["emission"], glossy=glossy, last_stage=end)
+    ended = CompositePass("none", lights[:1], ["emission"], glossy=glossy, last_stage=end)
     found = made_by(ended)["beauty"]
     np.testing.assert_array_equal(found, wanted)
     assert np.all(np.isfinite(found)) and np.ptp(found) > 0.5
@@ -234,7 +238,7 @@ def test_light_of_gloss_is_added_where_gloss_may_be_seen(gl, shaders):
     """Two draws, of which one reads nothing of gloss, make what one over everything does."""
     images, _ = terms()
     images["reflectance"] = images["albedo"]
-    item = CompositePass(None, ["direct_irradiance"], ["emission"], glossy=True, gloss=["shine"])
+    item = CompositePass("none", ["direct_irradiance"], ["emission"], glossy=True, gloss=["shine"])
     assert {"shine", "gloss"} < set(item.reads)
     frame = make_frame(make_scene(camera=CAMERA), SIZE)
     x, y, width, height = region = (9, 2, 4, 5)
@@ -253,22 +257,22 @@ def test_light_of_gloss_is_added_where_gloss_may_be_seen(gl, shaders):
 
 
 def test_only_what_is_needed_is_read():
-    assert CompositePass(None, ["e"], ["l"]).reads == ("z_vs", "albedo", "e", "l")
-    assert "normals_vs" not in CompositePass(None, visibility="v", combine="report").reads
-    assert CompositePass(None).settings_key() != CompositePass(GRADIENT).settings_key()
+    assert CompositePass("none", ["e"], ["l"]).reads == ("z_vs", "albedo", "e", "l")
+    assert "normals_vs" not in CompositePass("none", visibility="v", combine="report").reads
+    assert CompositePass("none").settings_key() != CompositePass("gradient").settings_key()
     shown = (
-        CompositePass(None, display=Display(tone.writes, tone.defines, tone.uniforms))
+        CompositePass("none", display=Display(tone.writes, tone.defines, tone.uniforms))
         for tone in (ToneMapPass(ToneMapSettings(exposure=ev)) for ev in (0.0, 1.0))
     )
     assert len({item.settings_key() for item in shown}) == 2
 
 
 def test_more_terms_than_the_shader_has_slots_for_are_refused():
-    CompositePass(None, list("abcdef"), list("ghij"))
+    CompositePass("none", list("abcdef"), list("ghij"))
     with pytest.raises(ValueError, match="7 irradiances and 0 radiances"):
-        CompositePass(None, list("abcdefg"))
+        CompositePass("none", list("abcdefg"))
     with pytest.raises(ValueError, match="0 irradiances and 5 radiances"):
-        CompositePass(None, [], list("abcde"))
+        CompositePass("none", [], list("abcde"))
 
 
 def test_every_slot_is_added(gl, shaders):

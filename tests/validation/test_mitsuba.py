@@ -14,6 +14,7 @@ from passes.ray_harness import Tracer
 from benchmarks.mitsuba_scene import compared_scene, load_mitsuba, mitsuba_scene, render
 from ssdo_gl.effects.references.reference_gi import ReferenceGiPass, ReferenceGiSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.scene import Scene
 
 # What both must agree to in the mean; the standard error of each mean is a fifth of it.
@@ -32,7 +33,9 @@ def ours(
     """Return RUNS images, each the mean of `frames` with samples all over the pixels."""
     rng = np.random.default_rng(3)
     item = ReferenceGiPass(
-        ReferenceGiSettings(spp=spp, bounces=bounces), RayFeatures.of(scene), scene.environment
+        ReferenceGiSettings(spp=spp, bounces=bounces),
+        RayFeatures.of(scene),
+        kind_of(scene.environment),
     )
     images = []
     with Tracer(device, shaders, scene, size) as tracer:

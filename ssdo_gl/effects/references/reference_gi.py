@@ -11,6 +11,7 @@ from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, emitters_of
+from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import MAX_BOUNCES, same_as
 
@@ -93,5 +94,5 @@ class ReferenceGi(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
         settings = request.settings_of(self.name, ReferenceGiSettings)
-        item = ReferenceGiPass(settings, request.ray_features, request.scene.environment)
+        item = ReferenceGiPass(settings, request.ray_features, kind_of(request.scene.environment))
         yield item, "all light transport, by paths"

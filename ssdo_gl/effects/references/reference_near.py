@@ -12,7 +12,7 @@ from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights, radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment import EnvironmentKind, kind_of
 from ssdo_gl.settings.methods import REFERENCES
 from ssdo_gl.settings.settings import same_as
 
@@ -47,7 +47,7 @@ class ReferenceNearPass(RayPass):
         self,
         settings: ReferenceNearSettings,
         features: RayFeatures,
-        environment: Environment | None = None,
+        environment: EnvironmentKind = "none",
     ) -> None:
         super().__init__(settings, features, environment)
         names = ["directional_irradiance", "bounce_irradiance"]
@@ -104,5 +104,5 @@ class ReferenceNear(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
         settings = request.settings_of(self.name, ReferenceNearSettings)
-        item = ReferenceNearPass(settings, request.ray_features, request.scene.environment)
+        item = ReferenceNearPass(settings, request.ray_features, kind_of(request.scene.environment))
         yield item, "the near field, by rays"

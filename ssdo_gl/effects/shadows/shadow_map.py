@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import ClassVar
 
 import moderngl
@@ -56,9 +56,6 @@ class ShadowMapPass(RenderPass):
             WHOLE_ATLAS if whole_alone else "shadow_atlas": SPEC
         }
 
-    def settings_key(self) -> Hashable:
-        return self.settings, self._unread, self._by_chance
-
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         size = atlas_size(context.frame.scene.lights, self.settings, self._unread)
         atlas = make_texture(context.gl, size, 1, "f4")
@@ -87,9 +84,6 @@ class TranslucentShadowsPass(RenderPass):
         self.settings = settings
         self._unread = unread
         self._faces: LastMade[list[Face]] = LastMade()
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self._unread
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         whole = context.inputs[WHOLE_ATLAS]

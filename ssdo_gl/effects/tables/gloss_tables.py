@@ -15,8 +15,7 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.passes.environment_uniforms import environment_kind
-from ssdo_gl.scene.environment import lobe_levels
+from ssdo_gl.scene.environment import kind_of, lobe_levels
 
 # Nodes along the view and roughness, both from 0 to 1.
 TABLE_SIZE = 32
@@ -147,5 +146,5 @@ class GlossTables(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the uploads; those that nothing reads are dropped."""
         yield ReflectanceTablePass(), "how much each roughness reflects"
-        if environment_kind(request.scene.environment) > 1:
+        if kind_of(request.scene.environment) in ("gradient", "map"):
             yield EnvironmentLobesPass(), "the environment as rough surfaces reflect it"

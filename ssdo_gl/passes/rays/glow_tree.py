@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -44,9 +44,6 @@ class GlowTreePass(RenderPass):
 
     def __init__(self, *, stand_ins: bool) -> None:
         self.codes = UNLIT_CODE + STAND_IN_CODE * stand_ins
-
-    def settings_key(self) -> Hashable:
-        return self.codes
 
     def execute(self, context: PassContext) -> Produced:
         """Build the tree."""

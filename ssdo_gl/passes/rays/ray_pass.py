@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.passes.brdf_wiring import brdf_wiring
 from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
-    environment_kind,
+    environment_defines,
     environment_uniforms,
 )
 from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput, Sums, accumulate
 from ssdo_gl.passes.rays.ray_libraries import EMITTER_TABLES, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment import EnvironmentKind
 
 # Of more lights than MOST_ALL each sample asks MOST_ASKED by chance: rays/emitters.glsl.
 MOST_ALL, MOST_ASKED = 1536, 256
@@ -36,8 +36,8 @@ class RayPass(RenderPass):
         The pass' own.
     features : RayFeatures
         Of the scene: `RayFeatures.of`.
-    environment : Environment or None
-        Of the scene: decides how the sky is looked up. None: it sends nothing.
+    environment : str
+        Kind of the scene's.
 
     Attributes
     ----------
@@ -60,24 +60,21 @@ class RayPass(RenderPass):
     reflects: ClassVar[bool] = False
 
     def __init__(
-        self, settings: Any, features: RayFeatures, environment: Environment | None = None
+        self, settings: Any, features: RayFeatures, environment: EnvironmentKind = "none"
     ) -> None:
         self.settings = settings
         self.features = features
-        self.environment_kind = environment_kind(environment)
+        self.environment = environment
         gloss = tuple(brdf_wiring(True).values()) if self.reflects and features.glossy else ()
         self.reads = (
             *self.surface,
             *(name for name in gloss if name not in self.surface),
             *ray_reads(features, shades=self.gathers_light),
             *(EMITTER_TABLES if self.gathers_light else ()),
-            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
+            *((MAP_RADIANCE,) if environment == "map" else ()),
         )
         self.statistics: Mapping[str, Any] = {}
         self._sums: Sums | None = None
-
-    def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.environment_kind
 
     @abstractmethod
     def schedule(self, context: PassContext) -> Schedule:
@@ -85,7 +82,7 @@ class RayPass(RenderPass):
 
     def defines(self, context: PassContext) -> dict[str, int]:
         """Return the defines of the shader."""
-        sky = {"ENVIRONMENT_KIND": self.environment_kind} if self.gathers_light else {}
+        sky = environment_defines(self.environment) if self.gathers_light else {}
         return {**ray_defines(context, self.features), **sky}
 
     def uniforms(self, context: PassContext) -> dict[str, object]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import moderngl
@@ -83,9 +83,6 @@ class SurfaceCachePass(RenderPass):
         if features.lobes:
             self.reads += ("surfel_quarters", "bvh")
             self.writes = {**self.writes, "surfel_rest": TextureSpec(4, "f4", own=True)}
-
-    def settings_key(self) -> Hashable:
-        return self.shared
 
     def execute(self, context: PassContext) -> Produced:
         """Add bounces: until what is missing is below the tolerance, or as many as fit a frame."""

@@ -16,7 +16,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
+from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE
 from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
 from ssdo_gl.passes.rays import (
     EMITTER_TABLES,
@@ -35,7 +35,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     surfel_rows,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment import EnvironmentKind
 
 # More groups of lights than this are drawn from by chance instead of gone through.
 MOST_GROUPS = 16
@@ -66,14 +66,11 @@ class SurfelSkyPass(RenderPass):
         self,
         settings: SurfaceCacheSettings,
         features: RayFeatures,
-        environment: Environment | None,
+        environment: EnvironmentKind,
     ) -> None:
-        self.shared = SurfelProgram(settings, features, environment_kind(environment))
-        map_tables = ("ray_map_cells", MAP_RADIANCE) if self.shared.environment_kind == 3 else ()
+        self.shared = SurfelProgram(settings, features, environment)
+        map_tables = ("ray_map_cells", MAP_RADIANCE) if environment == "map" else ()
         self.reads = ("bvh", "surfel_points", "surfel_hits", *map_tables)
-
-    def settings_key(self) -> Hashable:
-        return self.shared
 
     def execute(self, context: PassContext) -> Produced:
         """Add up the sky in all directions that are open."""
@@ -137,22 +134,19 @@ class SurfelDirectPass(RenderPass):
         self,
         settings: SurfaceCacheSettings,
         features: RayFeatures,
-        environment: Environment | None,
+        environment: EnvironmentKind,
     ) -> None:
-        self.shared = SurfelProgram(settings, features, environment_kind(environment))
+        self.shared = SurfelProgram(settings, features, environment)
         self.rays = (
             "surfel_points",
             *ray_reads(features, shades=True),
             *EMITTER_TABLES,
-            *((MAP_RADIANCE,) if self.shared.environment_kind == 3 else ()),
+            *((MAP_RADIANCE,) if environment == "map" else ()),
             *((*GLOW_TREE, GLOW_PLACES) if features.glow_is_direct else ()),
         )
         self.reads = (*self.rays, "surfel_sky")
         if features.lobes:
             self.writes = {**self.writes, "surfel_quarters": TextureSpec(4, "f4", own=True)}
-
-    def settings_key(self) -> Hashable:
-        return self.shared
 
     def execute(self, context: PassContext) -> Produced:
         """Trace shadow rays: all, or in a live frame those of the next part."""

@@ -68,9 +68,6 @@ class SurfelsPass(RenderPass):
         self.features = features
         self.reads = ray_reads(features)
 
-    def settings_key(self) -> Hashable:
-        return self.settings, self.features
-
     def execute(self, context: PassContext) -> Produced:
         """Cut the surfaces up and return the tables as new textures."""
         gl, bvh, scene = context.gl, bvh_of(context), context.frame.scene
@@ -207,9 +204,6 @@ class SurfelRaysPass(RenderPass):
             "surfel_splits",
             *ray_reads(features, shades=True),
         )
-
-    def settings_key(self) -> Hashable:
-        return self.shared
 
     def execute(self, context: PassContext) -> Produced:
         """Trace, one row of rays after the other."""

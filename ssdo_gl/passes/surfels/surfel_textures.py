@@ -15,11 +15,12 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
-from ssdo_gl.passes.environment_uniforms import environment_uniforms
+from ssdo_gl.passes.environment_uniforms import environment_defines, environment_uniforms
 from ssdo_gl.passes.own_textures import drawing_into
 from ssdo_gl.passes.rays import ray_defines, ray_uniforms, stream_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.torn_surfels import TornSurfels
+from ssdo_gl.scene.environment import EnvironmentKind
 from ssdo_gl.settings.fields import setting
 
 # What rays/surface_cache.glsl reads beside the tables of rays that shade what they hit.
@@ -110,17 +111,11 @@ def drawn(
 
 @dataclass(frozen=True)
 class SurfelProgram:
-    """What identifies a program whose rays start from surfels.
-
-    Attributes
-    ----------
-    environment_kind : int
-        As `environment_kind`.
-    """
+    """What identifies a program whose rays start from surfels."""
 
     settings: SurfaceCacheSettings
     features: RayFeatures
-    environment_kind: int = 0
+    environment: EnvironmentKind = "none"
 
     @property
     def light_count(self) -> int:
@@ -141,7 +136,7 @@ class SurfelProgram:
         side = self.settings.rays_per_side
         own = {"SURFEL_RAYS_PER_SIDE": side, "PART_COUNT": PART_COUNT}
         defines = ray_defines(context, self.features)
-        defines["ENVIRONMENT_KIND"] = self.environment_kind
+        defines |= environment_defines(self.environment)
         defines["SURFEL_DEPTH"] = context.facts["surfel_points"].depth
         defines |= {key: own[key] for key in further}
         program = context.shaders.fullscreen(f"passes/{name}.frag", defines)

@@ -19,6 +19,7 @@ from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,
+    kind_of,
 )
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import sphere
@@ -35,7 +36,7 @@ ALLOWANCE = 2e-5
 
 def paths(scene: Scene, spp: int = 32, bounces: int | None = None) -> ReferenceGiPass:
     settings = ReferenceGiSettings(spp=spp, bounces=bounces)
-    return ReferenceGiPass(settings, RayFeatures.of(scene), scene.environment)
+    return ReferenceGiPass(settings, RayFeatures.of(scene), kind_of(scene.environment))
 
 
 def radiance(device, shaders, scene: Scene, item: ReferenceGiPass, runs: int = RUNS) -> np.ndarray:
@@ -352,7 +353,7 @@ def test_lights_in_contact_with_surfaces_stay_finite(device, shaders) -> None:
         for item in (
             paths(scene, 16),
             TracedShadowsPass(TracedShadowsSettings(shadow_rays=16), features),
-            ReferenceNearPass(ReferenceNearSettings(radius=0.5, spp=16), features, None),
+            ReferenceNearPass(ReferenceNearSettings(radius=0.5, spp=16), features),
         ):
             for image in tracer.run(item).values():
                 assert np.all(np.isfinite(image))

@@ -16,7 +16,11 @@ from ssdo_gl.effects.references.reference_near import ReferenceNearPass, Referen
 from ssdo_gl.effects.shadows.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    kind_of,
+)
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
@@ -35,7 +39,7 @@ ALLOWANCE = 2e-3
 
 def near(scene: Scene, radius: float, spp: int = 16) -> ReferenceNearPass:
     settings = ReferenceNearSettings(radius=radius, spp=spp)
-    return ReferenceNearPass(settings, RayFeatures.of(scene), scene.environment)
+    return ReferenceNearPass(settings, RayFeatures.of(scene), kind_of(scene.environment))
 
 
 def grey(albedo: float, emission: float = 0.0) -> Material:
