@@ -112,7 +112,7 @@ class Executor:
         """
         steps = self._steps_of(plan, frame)
         sources, identities = self._identify(steps, frame)
-        self._results.find_again(steps, sources, identities)
+        self._results.take_over(steps, sources)
         stale = self._stale(steps, identities)
         textures: dict[str, moderngl.Texture] = defaultdict(self._any_texture)
         facts: dict[str, object] = {}

@@ -122,25 +122,21 @@ class PassResults:
     Attributes
     ----------
     present : dict of pass name to KeptResult
-        What was made, or found again, last.
+        What was made, or taken over, last.
     """
 
     def __init__(self, gl: moderngl.Context, shared: SharedResults) -> None:
         self.pool = TexturePool(gl)
         self.present: dict[str, KeptResult] = {}
-        # What passes that keep two results made before the present ones.
-        self._spares: dict[str, KeptResult] = {}
         self._shared = shared
         shared.holders.add(self)
 
     def holds(self, result: KeptResult) -> bool:
-        """Return whether somebody reads, or may read again, from a result."""
-        held = (*self.present.values(), *self._spares.values())
-        return any(item is result for item in held)
+        """Return whether somebody reads from a result."""
+        return any(item is result for item in self.present.values())
 
     def forget(self) -> None:
         """Let nothing pass for what is wanted."""
-        self._spares.clear()
         for result in self.present.values():
             result.identity = -1
 
@@ -148,7 +144,6 @@ class PassResults:
         """Free all; what is shared, with the last who holds it."""
         for name in list(self.present):
             self._discard(name)
-        self._spares.clear()
         self.pool.trim()
 
     def fit(self, all_formats: Mapping[str, dict[str, Format]], *, keeps_shared: bool) -> None:
@@ -166,19 +161,10 @@ class PassResults:
             # A transient texture that was lent on is missing; that is no misfit.
             elif any(formats.get(n) != result.formats[n] for n in result.borrowed):
                 self._discard(name)
-        self._spares = {name: spare for name, spare in self._spares.items() if name in all_formats}
         self.pool.trim()
 
-    def find_again(
-        self, steps: PlanSteps, sources: dict[str, int], identities: dict[str, int]
-    ) -> None:
-        """Take what is wanted of results that were replaced, or that others have made."""
-        for name in self._spares.keys() & identities.keys():
-            spare, result = self._spares[name], self.present.get(name)
-            if spare.identity == identities[name]:
-                self.present[name] = spare
-                if result is not None:
-                    self._spares[name] = result
+    def take_over(self, steps: PlanSteps, sources: dict[str, int]) -> None:
+        """Take what is wanted of results that others have made."""
         for step in steps.order:
             name, source = step.item.name, sources[step.item.name]
             result = self.present.get(name)
@@ -186,22 +172,15 @@ class PassResults:
                 continue
             made = self._shared.find(source)
             if made is not None:
-                self._set_aside(step)
+                self._discard(name)
                 self.present[name] = made
-
-    def _set_aside(self, step: Step) -> None:
-        """Make room for another result of a pass."""
-        name, keeps_two = step.item.name, step.item.keeps_two
-        if keeps_two and name in self.present and self.present[name].identity >= 0:
-            self._spares[name] = self.present.pop(name)
-        self._discard(name)
 
     def prepared(self, step: Step, source: int) -> KeptResult:
         """Return a result of the pass whose textures fit its declaration."""
         name = step.item.name
         result = self.present.get(name)
         if result is None or not self._may_change(result, step, source):
-            self._set_aside(step)
+            self._discard(name)
             result = self.present[name] = self._new_result(step)
         if step.is_of_scene:
             self._shared.add(result, source)
@@ -211,7 +190,7 @@ class PassResults:
 
     def _may_change(self, result: KeptResult, step: Step, source: int) -> bool:
         """Return whether a result fits, and nobody needs it as it is."""
-        if (step.item.keeps_two and result.identity >= 0) or not result.has(step.formats):
+        if not result.has(step.formats):
             return False
         # Others who hold what comes of the same source want it to go on.
         if result.source in (-1, source):
@@ -241,7 +220,7 @@ class PassResults:
         if not result.borrowed:
             return
         # A pass that has handed one of them on as its own, and has none of the pool, lost it.
-        for other in (*self.present.values(), *self._spares.values()):
+        for other in self.present.values():
             if not other.formats and other.has_taken(result.borrowed):
                 other.identity = -1
                 other.forget()

@@ -96,9 +96,6 @@ class RenderPass(ABC):
     overwrites : bool
         Whether it writes every pixel of its target, which is then not cleared before:
         that takes .94 to .98 of a frame's time in software.
-    keeps_two : bool
-        Whether the result before the present one is kept, because a window alternates
-        between two: only for passes whose textures are all their own.
     spares : bool
         Its facts tell passes after it what they need not read.
     is_gradual : bool
@@ -123,7 +120,6 @@ class RenderPass(ABC):
     depends_on: tuple[str, ...] = ()
     needs_depth: ClassVar[bool] = False
     overwrites: ClassVar[bool] = False
-    keeps_two: ClassVar[bool] = False
     spares: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
     adds_up: ClassVar[bool] = False

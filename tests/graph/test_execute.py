@@ -93,25 +93,6 @@ def test_what_nobody_reads_in_a_frame_is_not_made_in_it(world):
     assert ran(4, "costly", ("a", "b")) == {"told", "deep", "costly", "a", "b"}
 
 
-class Kept(Paint):
-    """Keeps the result before the present one."""
-
-    keeps_two = True
-
-
-def test_a_pass_may_keep_the_result_before_the_present_one(world):
-    run, executor = world
-    item = Kept("map", own=True)
-    ran, values = [], []
-    for item.value in (1.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0):
-        ran.append(run([item], ["map"], frame())[0].ran)
-        values.append(read_texture(executor.texture("map")).item())
-    assert values == [1.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0]
-    assert ran == [True, True, False, False, True, False, True]
-    executor.forget()
-    assert run([item], ["map"], frame())[0].ran
-
-
 def test_passes_no_longer_wanted_are_freed(world):
     run, executor = world
     passes = [Paint("a"), Paint("b")]

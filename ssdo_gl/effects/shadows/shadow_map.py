@@ -37,9 +37,6 @@ class ShadowMapPass(RenderPass):
     """
 
     name = "shadow_map"
-    # A window draws with other maps in motion than at rest; to make them takes as long as all
-    # else of a small frame, and whoever presses a key waits for it.
-    keeps_two = True
     depends_on = ("geometry", "lights")
 
     def __init__(
