@@ -13,19 +13,13 @@ from rich.console import Console
 from ssdo_gl.bench import analysis, report
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.judging import errors_of
 from ssdo_gl.bench.measure import (
-    ERROR_FORMAT,
     BenchRenderer,
-    ErrorStore,
     Judged,
     Point,
     describe_machine,
-    fingerprint,
     judged_pixels,
     read_grid,
-    scene_fingerprint,
-    shader_fingerprint,
     tabulate,
     time_points,
     trusted_clock,
@@ -39,15 +33,7 @@ from ssdo_gl.bench.references import (
     smallest_errors,
     summaries,
 )
-from ssdo_gl.bench.storage import (
-    ERRORS,
-    MARKER,
-    ROUNDS,
-    BenchError,
-    claim_folder,
-    read_json,
-    replace_json,
-)
+from ssdo_gl.bench.storage import ROUNDS, BenchError, claim_folder, csv_bytes, replace_file
 from ssdo_gl.effects.far_field import FarField
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.images.error import Mask
@@ -58,7 +44,6 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.methods import METHODS
-from ssdo_gl.version import __version__
 
 QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)
 
@@ -123,7 +108,7 @@ def run_bench(
         Size, radius, shadows, exposure and seed hold; method, estimator and the other
         axes of the grid are what is varied.
     outdir : Path
-        Receives report, tables, plots and raw measurements; an interrupted bench is resumed.
+        Receives report, tables, plots and raw measurements.
     quick : bool
         A smaller grid and shorter references: two minutes, five of half a million triangles.
     scene : Scene or None
@@ -151,12 +136,7 @@ def run_bench(
             own = BenchRenderer(r)
             run = BenchRun(own, base, points, plan, quick, outdir, progress, camera)
             run.leave_out_needless()
-            try:
-                bench = run.measure(scene_source, machine)
-            except KeyboardInterrupt:
-                raise KeyboardInterrupt(
-                    f"interrupted; {outdir} keeps what was measured, and the same command goes on"
-                ) from None
+            bench = run.measure(scene_source, machine)
             progress.say("writing tables, plots and report ...")
             report.write_report(bench, outdir)
     finally:
@@ -193,10 +173,8 @@ class BenchRun:
     def measure(self, source: str, machine: Mapping[str, Any]) -> Bench:
         """Carry out every stage and return what was found."""
         clock = self._clock(machine)
-        state = self._state()
-        self._start_over_unless_same(state)
         mask = self._mask()
-        references, judged = self._judged(state, mask)
+        references, judged = self._judged(mask)
         by_panel = references.by_panel
         rows = time_points(
             self.renderer,
@@ -204,9 +182,9 @@ class BenchRun:
             self.base,
             self.plan.rounds,
             self.plan.frames,
-            self.outdir / ROUNDS,
             self.progress.steps,
         )
+        replace_file(self.outdir / ROUNDS, csv_bytes([dataclasses.asdict(row) for row in rows]))
         table = tabulate(rows, self.points, self.plan.rounds, clock)
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
@@ -248,38 +226,13 @@ class BenchRun:
             )
         return clock
 
-    def _state(self) -> dict[str, Any]:
-        """Return what identifies this bench: a folder of another one is not continued."""
-        parts = (scene_fingerprint(self.renderer.scene), self.base, self.points, self.plan)
-        return {
-            "bench": fingerprint(ERROR_FORMAT, parts, self.renderer.device_name, __version__),
-            "shaders": shader_fingerprint(("",)),
-        }
-
-    def _start_over_unless_same(self, state: Mapping[str, Any]) -> None:
-        """Continue the bench of the folder if it is this one; else forget its times.
-
-        Its errors need not be removed: each says what it was measured for.
-        """
-        path = self.outdir / MARKER
-        found = read_json(path)
-        if found == state:
-            self.progress.say(f"continuing the bench in {self.outdir}")
-            return
-        if found:
-            self.progress.say(f"{self.outdir} holds another bench; measuring anew")
-        (self.outdir / ROUNDS).unlink(missing_ok=True)
-        replace_json(path, state)
-
     def _mask(self) -> Mask:
         mask = judged_pixels(self.renderer, self.base)
         if not mask.any():
             raise BenchError("the camera sees no surface: there is nothing to measure")
         return mask
 
-    def _judged(
-        self, state: Mapping[str, Any], mask: Mask
-    ) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
+    def _judged(self, mask: Mask) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
         """Return what points are held to, and every point's errors."""
         request = ReferenceRequest(
             self.renderer,
@@ -291,30 +244,22 @@ class BenchRun:
             self.plan.reference_seconds,
         )
         references = make_references(request, self.progress)
-        judged = self._errors(state, references, mask)
+        judged = self._errors(references, mask)
         smallest = smallest_errors(judged)
         if not self.quick and not good_enough(references.by_panel, smallest, mask):
             # A setting came closer to a reference than the converged march did.
             request = dataclasses.replace(request, smallest=smallest)
             references = make_references(request, self.progress)
-            judged = self._errors(state, references, mask)
+            judged = self._errors(references, mask)
         return references, judged
 
-    def _errors(
-        self, state: Mapping[str, Any], references: ReferenceSet, mask: Mask
-    ) -> dict[str, dict[str, Judged]]:
+    def _errors(self, references: ReferenceSet, mask: Mask) -> dict[str, dict[str, Judged]]:
         """Return the errors of every point against every reference it can be held to."""
-        counts = {name: reference.spp for name, reference in references.by_panel.items()}
-        store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
         judged = {}
         for done, point in enumerate(self.points, 1):
-            found = store.load(point)
-            if found is None:
-                found = errors_of(
-                    self.renderer, point, self.base, references, mask, self.plan.seeds
-                )
-                store.save(point, found)
-            judged[point.key] = found
+            judged[point.key] = references.errors_of(
+                self.renderer, point, self.base, mask, self.plan.seeds
+            )
             self.progress.steps("errors", done, len(self.points))
         return judged
 

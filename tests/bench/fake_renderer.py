@@ -24,10 +24,6 @@ MODEL_LOSS = 0.2
 CHANNELS = {"beauty": 4, "depth": 1, "visibility": 1}
 
 
-class Interrupted(Exception):
-    """The user pressed Ctrl-C."""
-
-
 def triangle_scene() -> Scene:
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
     camera = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
@@ -49,19 +45,16 @@ def reference_image(size: tuple[int, int], name: str) -> np.ndarray:
 
 
 class FakeRenderer:
-    """Renders by formula and counts calls; raises `Interrupted` after some if told to."""
+    """Renders by formula and counts calls."""
 
-    def __init__(self, interrupt_after: int | None = None, speed: float = 1.0) -> None:
+    def __init__(self, speed: float = 1.0) -> None:
         self.scene = triangle_scene()
         self.device_name = "fake"
         self.calls: list[tuple[str, Settings]] = []
-        self.interrupt_after = interrupt_after
         self.speed = speed
         self.split_clocks: set[str] = set()
 
     def _count(self, kind: str, settings: Settings) -> None:
-        if self.interrupt_after is not None and len(self.calls) >= self.interrupt_after:
-            raise Interrupted
         self.calls.append((kind, settings))
 
     def count(self, kind: str) -> int:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +15,8 @@ from ssdo_gl.bench.measure.panels import ErrorPanel
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.measure.reference_cache import Reference
 from ssdo_gl.bench.statistics import BlockErrors, decompose, flip_ldr, srgb_of, ssim
-from ssdo_gl.bench.storage import load_arrays, save_arrays
 from ssdo_gl.images.error import Mask, mean_level, relative_mse, relative_rmse
 from ssdo_gl.settings import Settings
-
-# Raised whenever the content of a stored measurement changes.
-ERROR_FORMAT = 4
-_BLOCK_ARRAYS = ("squared", "signed", "reference", "pixels")
 
 
 @dataclass(frozen=True)
@@ -170,51 +163,3 @@ def render_seeds(
         renderer.images(dataclasses.replace(settings, seed=base.seed + number), wanted)
         for number in range(seeds)
     ]
-
-
-class ErrorStore:
-    """Measurements on disk, one file a point, so that a sweep can be resumed.
-
-    Parameters
-    ----------
-    key : str
-        Identifies scene, settings and references; files of another key do not count.
-    """
-
-    def __init__(self, folder: Path, key: str) -> None:
-        self.folder = folder
-        self.key = key
-        folder.mkdir(parents=True, exist_ok=True)
-
-    def path(self, point: Point) -> Path:
-        """Return the file of `point`."""
-        return self.folder / f"{point.key}.npz"
-
-    def save(self, point: Point, judged: Mapping[str, Judged]) -> None:
-        """Write the measurements of `point`, by panel name."""
-        arrays: dict[str, NDArray[np.float64]] = {}
-        meta: dict[str, Any] = {"key": self.key, "format": ERROR_FORMAT, "panels": {}}
-        for name, item in judged.items():
-            meta["panels"][name] = dataclasses.asdict(item.scalars)
-            for part in _BLOCK_ARRAYS:
-                arrays[f"{name}:{part}"] = getattr(item.blocks, part)
-        save_arrays(self.path(point), meta, arrays)
-
-    def load(self, point: Point) -> dict[str, Judged] | None:
-        """Return the measurements of `point`; None if there are none that count."""
-        found = load_arrays(self.path(point))
-        if found is None:
-            return None
-        meta, arrays = found
-        if meta.get("key") != self.key or meta.get("format") != ERROR_FORMAT:
-            return None
-        return {
-            name: Judged(
-                BlockErrors(
-                    **{part: arrays[f"{name}:{part}"] for part in _BLOCK_ARRAYS},
-                    failures=scalars["failures"],
-                ),
-                Scalars(**scalars),
-            )
-            for name, scalars in meta["panels"].items()
-        }
