@@ -16,7 +16,6 @@ from ssdo_gl.bench.statistics.bootstrap import (
     rmse_replicas,
     whole,
 )
-from ssdo_gl.bench.statistics.fit import fit_power_law
 from ssdo_gl.bench.statistics.metrics import (
     FLIP_PIXELS_PER_DEGREE,
     MissingLibraryError,
