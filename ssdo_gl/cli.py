@@ -138,7 +138,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def _of_one_scene(command: CommandLine) -> CommandLine:
     """Return a command that is no batch, or refuse scenes that it cannot have."""
     if len(command.scenes) > 1:
-        raise UsageError(f"{len(command.scenes)} scenes: belongs to --batch")
+        raise UsageError(f"{len(command.scenes)} scenes: several belong to --batch --out DIR")
     if command.scene == STREAM and not command.run.active <= modes.HEADLESS:
         raise UsageError("- (standard input): belongs to --snapshot OUT or --explain")
     return command

@@ -131,8 +131,8 @@ def test_standard_output_takes_one_image(capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["a", "b"], "2 scenes: belongs to --batch"),
-        (["a", "b", "--snapshot", "x.png"], "2 scenes: belongs to --batch"),
+        (["a", "b"], "2 scenes: several belong to --batch --out DIR"),
+        (["a", "b", "--snapshot", "x.png"], "2 scenes: several belong to --batch --out DIR"),
         (["-"], "- (standard input): belongs to --snapshot OUT or --explain"),
     ],
 )
