@@ -198,9 +198,7 @@ def _fly_through(
         "seconds": command.run.time,
         # As if no method had been chosen: one of the presets is a method.
         "presets": {name: load_preset(name) for name in NAMES},
-        "measured": [
-            {**dataclasses.asdict(rung), "label": rung.label} for rung in read_ladder().rungs
-        ],
+        "measured": [dataclasses.asdict(rung) for rung in read_ladder().rungs],
         "read_preset": load_preset,
     }
     # A viewer goes on measuring and gives way where a frame turns out dearer.

@@ -100,8 +100,6 @@ class Panel:
         self._viewer.times_passes = _header("Effects and passes")
         if self._viewer.times_passes:
             self.reports.effects()
-        if _header("Accuracy against time"):
-            self.reports.pareto()
         self._viewer.shows_histogram = _header("Histogram")
         if self._viewer.shows_histogram:
             self.reports.histogram()
