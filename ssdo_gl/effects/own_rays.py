@@ -191,7 +191,9 @@ class OwnRaysPass(RenderPass):
             make_texture(gl, size, 4, "f4"),
             *((make_texture(gl, size, 4, "f4"),) if pieces_of(context) is not None else ()),
         )
-        are_all = not self.is_steady and self.settings.pixel_rays > 0
+        # A picture of one frame shows no other place of a surface.
+        is_own = not self.is_steady or frame.count == 1
+        are_all = is_own and self.settings.pixel_rays > 0
         return OwnRays(probes, textures, stride=self.stride, many=many, are_all=are_all)
 
     def _guide(self, context: PassContext) -> moderngl.Texture:

@@ -117,6 +117,18 @@ def test_jittered_frames_of_a_view_share_its_rays() -> None:
     assert not any(ran(frame, "cached_irradiance") for frame in frames)
 
 
+def test_a_picture_of_one_frame_draws_nothing_for_a_march() -> None:
+    """All its pixels have rays; frames that are set off against each other show other places."""
+    of_march = ("depth_layers", "cached_irradiance", "sender_radiance")
+    with gi_renderer() as renderer:
+        alone = renderer.render(("beauty",))
+        beside = renderer.render(("beauty", "visibility"))
+        several = live(renderer, 0), live(renderer, 1)
+    assert not any(ran(alone, name) for name in of_march)
+    assert any(ran(frame, name) for frame in several for name in of_march)
+    np.testing.assert_allclose(alone.images["beauty"], beside.images["beauty"], rtol=1e-6)
+
+
 def test_a_picture_does_not_depend_on_the_frames_before_it() -> None:
     away = dataclasses.replace(CAMERA, position=(0.3, 0.4, 0.9))
     with gi_renderer(antialias=4) as renderer:
