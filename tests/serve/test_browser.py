@@ -244,6 +244,8 @@ def test_viewers_come_and_go_and_memory_stays(served):
 
 def test_what_the_page_says_is_what_the_program_has(page):
     assert page.inner_text("#title").startswith("Cornell")
+    begun = "update({...state, resting: false, scale: 1, samples: [], frame_ms: null})"
+    assert page.evaluate(f"{begun}, document.getElementById('status').textContent") == "refining"
     page.keyboard.press("KeyH")
     assert "orbit around the point under the cursor" in page.inner_text("#keys")
     page.keyboard.press("Escape")

@@ -202,7 +202,7 @@ function update(next) {
   $("exposure-value").textContent = `${state.exposure >= 0 ? "+" : ""}${state.exposure.toFixed(1)} EV`;
   picture.classList.toggle("looking", state.looking);
   const parts = [state.resting ? "at rest, lossless" : state.scale < 1 ? `in motion, at ${Math.round(100 * state.scale)} %` : "refining"];
-  parts.push(`${state.samples.map(([count, all]) => `${count} of ${all}`).join(" and ")} samples`);
+  if (state.samples.length) parts.push(`${state.samples.map(([count, all]) => `${count} of ${all}`).join(" and ")} samples`);
   if (state.frame_ms) parts.push(`${state.frame_ms.toFixed(1)} ms a frame`);
   if (state.relative_error != null) parts.push(`error ${(100 * state.relative_error).toFixed(2)} %`);
   $("status").textContent = parts.join(" · ");
