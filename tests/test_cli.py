@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import re
 import subprocess
@@ -18,7 +17,6 @@ from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.gpu import texture_pool
 from ssdo_gl.options.pass_settings import passes_without_settings
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.methods import METHODS
@@ -257,14 +255,3 @@ def test_set_reaches_filters_one_by_one(tmp_path, scene, method, aov, changed):
     # What surfaces send on has been filtered, too.
     assert different - {"directional_filter"} == {changed} - {"directional_filter"}
     assert changed in different
-
-
-def test_set_reaches_the_environment():
-    pixels = np.random.default_rng(1).uniform(0.0, 2.0, (8, 16, 3)).astype(np.float32)
-    scene = dataclasses.replace(load_scene("courtyard"), environment=MapEnvironment(pixels))
-    images = []
-    for overrides in ({}, {"environment.irradiance_size": 4}):
-        settings = Settings(size=(32, 18), method="ssao", samples=8, overrides=overrides)
-        with Renderer(scene, settings) as renderer:
-            images.append(renderer.render().images["beauty"])
-    assert not np.array_equal(*images)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import ClassVar
 
 import moderngl
 import numpy as np
@@ -17,20 +15,9 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.environment import MapEnvironment, irradiance, radiance_image
-from ssdo_gl.settings.fields import setting
 
-
-@dataclass(frozen=True)
-class EnvironmentSettings:
-    """How finely irradiance is tabulated."""
-
-    irradiance_size: int = setting(
-        64,
-        "cells along the octahedral irradiance map; 64 interpolate it to 6e-4",
-        unit="cells",
-        low=4,
-        high=1024,
-    )
+# Cells along the octahedral map of irradiance, an even number: they interpolate it to 6e-4.
+CELLS = 64
 
 
 class EnvironmentPass(RenderPass):
@@ -48,14 +35,11 @@ class EnvironmentPass(RenderPass):
     }
     depends_on = ("environment",)
 
-    def __init__(self, settings: EnvironmentSettings | None = None) -> None:
-        self.settings = settings or EnvironmentSettings()
-
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return both maps as new textures."""
         environment = context.frame.scene.environment
         assert environment is not None
-        normals = octahedral_nodes(self.settings.irradiance_size)
+        normals = octahedral_nodes(CELLS)
         return {
             "environment": _upload(context.gl, radiance_image(environment)),
             "environment_irradiance": _upload(context.gl, irradiance(environment, normals)),
@@ -68,10 +52,10 @@ def octahedral_nodes(cells: int) -> FloatArray:
     Returns
     -------
     ndarray, shape (n, n, 3)
-        n = `cells` made even, plus 1; the first index runs along +y of the map, the
-        second along +x, both from -1 to 1. See ``shaders/lib/environment.glsl``.
+        n = `cells` + 1, `cells` even; the first index runs along +y of the map, the second
+        along +x, both from -1 to 1. See ``shaders/lib/environment.glsl``.
     """
-    half = -(-cells // 2)
+    half = cells // 2
     place = np.arange(-half, half + 1) / half
     x, y = np.meshgrid(place, place)
     z = 1.0 - np.abs(x) - np.abs(y)
@@ -91,7 +75,6 @@ class EnvironmentImage(Effect):
     """The image of the environment, for whoever looks it up."""
 
     name = "environment"
-    settings: ClassVar[Mapping[str, type]] = {"environment": EnvironmentSettings}
 
     def is_asked(self, request: Request) -> bool:
         """Return whether the scene has an environment."""
@@ -105,5 +88,4 @@ class EnvironmentImage(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        settings = request.settings_of("environment", EnvironmentSettings)
-        yield EnvironmentPass(settings), "the image of the environment, and its irradiance"
+        yield EnvironmentPass(), "the image of the environment, and its irradiance"
