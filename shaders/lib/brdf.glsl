@@ -365,9 +365,7 @@ float grazing_reflectance(float roughness)
     float r = roughness;
     return max(0.0494 + r * (-0.0181 + r * (-0.1335 + r * 0.1070)), 0.0);
 }
-#endif
 
-#if GLOSSY
 // What microfacets of Fresnel's 1 reflect once of even light: a fit, within 0.003.
 float once_of_even_light(float roughness)
 {

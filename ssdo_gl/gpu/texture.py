@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -21,6 +22,11 @@ _STORAGE: dict[str, tuple[type[np.generic], float]] = {
     "u4": (np.uint32, 1.0),
     "i4": (np.int32, 1.0),
 }
+
+
+# moderngl names no sRGB format but takes the number of one. The hardware then decodes before it
+# filters, which decoding in the shader could not.
+_GL_SRGB8_ALPHA8 = 0x8C43
 
 
 class FrameSizeError(UserError, ValueError):
@@ -55,6 +61,17 @@ def make_texture(
     texture.repeat_x = False
     texture.repeat_y = False
     return texture
+
+
+def image_texture(gl: moderngl.Context, pixels: NDArray[Any], *, is_data: bool) -> moderngl.Texture:
+    """Return an image of a material, (height, width, 4), as a texture; row 0 is at v = 0.
+
+    Of 8 bits it is sRGB, unless it is data; else float32.
+    """
+    is_short = pixels.dtype == np.uint8
+    more = {"internal_format": _GL_SRGB8_ALPHA8} if is_short and not is_data else {}
+    data, dtype = np.ascontiguousarray(pixels).tobytes(), "f1" if is_short else "f4"
+    return gl.texture((pixels.shape[1], pixels.shape[0]), 4, data, dtype=dtype, **more)
 
 
 def make_framebuffer(

@@ -9,11 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.gpu.texture import image_texture
 from ssdo_gl.scene.material import Material, Texture
-
-# moderngl names no sRGB format but takes the number of one. The hardware then
-# decodes before it filters, which decoding in the shader could not.
-GL_SRGB8_ALPHA8 = 0x8C43
 
 
 class MaterialTextures:
@@ -53,18 +50,10 @@ class MaterialTextures:
             self._known.pop(key)[1].release()
 
     def _upload(self, texture: Texture, is_normals: bool) -> moderngl.Texture:
-        height, width, _ = texture.pixels.shape
-        data = np.ascontiguousarray(texture.pixels)
+        pixels = texture.pixels
         if is_normals:
-            data = data * np.array([1, 1, 1, 0], data.dtype)
-        if texture.is_data and data.dtype == np.uint8:
-            copy = self._gl.texture((width, height), 4, data.tobytes(), dtype="f1")
-        elif data.dtype == np.uint8:
-            copy = self._gl.texture(
-                (width, height), 4, data.tobytes(), dtype="f1", internal_format=GL_SRGB8_ALPHA8
-            )
-        else:
-            copy = self._gl.texture((width, height), 4, data.tobytes(), dtype="f4")
+            pixels = pixels * np.array([1, 1, 1, 0], pixels.dtype)
+        copy = image_texture(self._gl, pixels, is_data=texture.is_data)
         copy.build_mipmaps()
         magnified = moderngl.NEAREST if texture.nearest else moderngl.LINEAR
         copy.filter = (moderngl.LINEAR_MIPMAP_LINEAR, magnified)

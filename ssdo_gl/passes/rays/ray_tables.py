@@ -8,15 +8,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.gpu.geometry import GL_SRGB8_ALPHA8
-from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.gpu.texture import image_texture, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays.ray_libraries import bvh_of, record_texture
 from ssdo_gl.raytracing.emitter_tables import emitter_tables, map_cells, map_mean_radiance
 from ssdo_gl.raytracing.surface_tables import (
     IMAGE_TEXELS,
-    Atlas,
     RayFeatures,
     build_atlas,
     material_table,
@@ -75,22 +73,9 @@ def _atlas(gl: moderngl.Context, scene: Scene, *, is_data: bool) -> TextureWithF
     if not images:
         return TextureWithFacts(make_texture(gl, (1, 1), 4, "nu1", np.ones((1, 1, 4))), {})
     atlas = build_atlas(images, int(gl.info["GL_MAX_TEXTURE_SIZE"]))
-    return TextureWithFacts(_upload_atlas(gl, atlas, is_data=is_data), atlas.places)
-
-
-def _upload_atlas(gl: moderngl.Context, atlas: Atlas, *, is_data: bool) -> moderngl.Texture:
-    size = atlas.pixels.shape[1], atlas.pixels.shape[0]
-    if atlas.pixels.dtype != np.uint8:
-        return make_texture(gl, size, 4, "f4", atlas.pixels)
-    if is_data:
-        texture = gl.texture(size, 4, atlas.pixels.tobytes(), dtype="f1")
-    else:
-        # The hardware decodes sRGB when a texel is fetched.
-        texture = gl.texture(
-            size, 4, atlas.pixels.tobytes(), dtype="f1", internal_format=GL_SRGB8_ALPHA8
-        )
+    texture = image_texture(gl, atlas.pixels, is_data=is_data)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    return texture
+    return TextureWithFacts(texture, atlas.places)
 
 
 class MaterialTablePass(RenderPass):
