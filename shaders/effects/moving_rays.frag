@@ -1,7 +1,8 @@
 #version 330 core
 // Per-pixel rays while the camera moves: all light that a pixel receives, by a few rays.
 //
-// Defines: ENVIRONMENT_KIND (see lib/environment.glsl); as in rays/surface_data.glsl.
+// Defines: ENVIRONMENT_KIND (see lib/environment.glsl); BRIGHT_PIECES, OPENINGS (see rays/arriving.glsl);
+// as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"
 #include "lib/environment.glsl"
 #include "lib/random.glsl"
@@ -43,7 +44,7 @@ void main()
         vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
         add_ray(sums, at, frame * cosine_hemisphere(u), geometric_vs, 1.0, ray_count);
     } while (++i < ray_count);
-#if ENVIRONMENT_KIND == 3
+#if SKY_RAYS
     uint first_sky = first_point(texel / u_receiver_stride, u_sky_rays);
     for (int j = 0; j < u_sky_rays; ++j) {
         SkyRay ray = sky_ray(at, first_sky + uint(j));
@@ -69,6 +70,11 @@ void main()
     o_place = ivec2(is_edge ? -place : place, 0);
     // A ratio, which is exact where all of the sky is open.
     float open = sums.open_sky / max(sums.open_sky + sums.blocked_sky, 1e-37);
+#if OPENINGS
+    // But biased where little is, and a ray or two are aimed at it.
+    float arrived = sums.open_sky / max(sums.all_sky * float(ray_count), 1e-37);
+    open = mix(min(arrived, 1.0), open, open * open * open * open);
+#endif
     o_far = vec4(far, open);
     float z = centre_z_vs(texel, p_vs, geometric_vs);
     o_near = vec4(near, is_edge ? -z : z);

@@ -3,7 +3,8 @@
 // directions, a few rays for each pixel are too few for the edge-aware filter. The second time over
 // pixels whose light differs by no more than its noise, as rays of the tiles about tell.
 //
-// Defines: IS_SECOND; BRIGHT_PIECES (see rays/arriving.glsl); PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
+// Defines: IS_SECOND; BRIGHT_PIECES, OPENINGS (see rays/arriving.glsl); PROBE_TILE, PROBE_SIDE (see
+// lib/far_probes.glsl).
 #include "rays/guide.glsl"
 
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
@@ -13,6 +14,9 @@ uniform sampler2D t_own_far;
 uniform sampler2D t_own_aimed;      // of aimed rays; the second time as the first has averaged it
 #endif
 uniform sampler2D t_own_rare;       // a: as effects/own_rays.frag writes it
+#if OPENINGS && IS_SECOND
+uniform sampler2D t_own_light;      // b: as effects/own_rays.frag writes it
+#endif
 uniform sampler2D t_spread;         // as effects/own_spread.frag writes it
 uniform int u_stride;            // pixels from one that has rays to the next
 uniform int u_many_rays;         // as in effects/own_rays.frag
@@ -170,6 +174,9 @@ void main()
 #if IS_SECOND
     o_far.rgb += is_in_more_light(place) ? vec3(0.0) : about.rgb;
     o_far.rgb += own.aimed.rgb;
+#if OPENINGS
+    o_far.a += texelFetch(t_own_light, place, 0).b;
+#endif
 #elif BRIGHT_PIECES
     o_aimed = own.aimed;
 #endif

@@ -4,7 +4,7 @@
 // apart (after Zirr, Hanika, Dachsbacher 2018).
 //
 // Defines: ENVIRONMENT_KIND (see lib/environment.glsl); PROBE_TILE, PROBE_SIDE (see
-// lib/far_probes.glsl); BRIGHT_PIECES (see rays/arriving.glsl); as in rays/surface_data.glsl.
+// lib/far_probes.glsl); BRIGHT_PIECES, OPENINGS (see rays/arriving.glsl); as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"
 #include "lib/environment.glsl"
 #include "lib/random.glsl"
@@ -23,8 +23,9 @@ layout(location = 1) out vec4 o_near;
 // Radiance that counts for pixels far about, a: whose of the tile's probes is the pixel's surface,
 // or IN_MORE_LIGHT.
 layout(location = 2) out vec4 o_rare;
-// Of one ray, all colours together, within R and beyond, less what is rare: mean and variance.
-layout(location = 3) out vec2 o_light;
+// Of one ray, all colours together, within R and beyond, less what is rare: mean and variance. b: the
+// share of the sky's light that rays aimed at openings have brought, which o_far leaves out.
+layout(location = 3) out vec4 o_light;
 #if BRIGHT_PIECES
 // Beyond R, by rays aimed at bright pieces: less noisy than o_far.
 layout(location = 4) out vec4 o_aimed;
@@ -77,7 +78,7 @@ void main()
     o_far = vec4(0.0);
     o_near = vec4(0.0);
     o_rare = vec4(0.0);
-    o_light = vec2(0.0);
+    o_light = vec4(0.0);
 #if BRIGHT_PIECES
     o_aimed = vec4(0.0);
 #endif
@@ -105,7 +106,8 @@ void main()
         float of_ray = dot(sums.far + sums.near, vec3(1.0)) + sums.open_sky - all.x;
         all += of_ray * vec2(1.0, of_ray);
     }
-#if ENVIRONMENT_KIND == 3
+    float by_chance = sums.open_sky;
+#if SKY_RAYS
     mat3 own_from_ns = transpose(u_ns_from_vs * frame);
     uint first_sky = first_point(texel, u_sky_rays);
     for (int j = 0; j < u_sky_rays; ++j) {
@@ -118,6 +120,13 @@ void main()
     float bringing = brought * brought / max(squares, 1e-30);
     vec3 far = sums.far / float(ray_count);
     float share = open_share(sums, guide.open, ray_count);
+    // What rays aimed at openings have brought is never rare, and less noisy.
+    float aimed_share = 0.0;
+#if OPENINGS
+    sums.open_sky -= by_chance;
+    aimed_share = min(open_share(sums, 0.0, ray_count), share);
+    share -= aimed_share;
+#endif
     o_near = vec4(sums.near / float(ray_count), centre_z_vs(texel, p_vs, geometric_vs));
     // What probes have missed few rays come upon, and bring much: dots, were it the pixel's alone.
     vec3 sky = INV_PI * environment_irradiance(direction_ws_of(n_vs));
@@ -131,7 +140,7 @@ void main()
     float n = float(ray_count);
     // One ray alone might be any.
     float variance = ray_count > 1 ? max(all.y - all.x * all.x / n, 0.0) / (n - 1.0) : all.y;
-    o_light = vec2(kept * all.x / n, kept * kept * variance);
+    o_light = vec4(kept * all.x / n, kept * kept * variance, aimed_share, 0.0);
     o_far = kept * vec4(far, share);
     o_rare = vec4((1.0 - kept) * (far + share * sky), owner);
 #if BRIGHT_PIECES

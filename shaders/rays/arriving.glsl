@@ -1,12 +1,16 @@
 // Radiance along per-pixel rays, and the points of a sequence that they are drawn from.
 //
 // Needs rays/surface_cache.glsl, lib/gbuffer.glsl, lib/environment.glsl and lib/random.glsl.
-// BRIGHT_PIECES: 0 or 1: rays are aimed at bright pieces, too.
+// BRIGHT_PIECES: 0 or 1: rays are aimed at bright pieces, too. OPENINGS: how many there are through which
+// a room sees the sky; rays are aimed at them.
 #include "lib/z_curve.glsl"
 #include "rays/bright_pieces.glsl"
+#include "rays/openings.glsl"
+// Rays are aimed at the sky.
+#define SKY_RAYS (ENVIRONMENT_KIND == 3 || OPENINGS)
 
 uniform float u_radius_ns;
-uniform int u_sky_rays;  // of each pixel, aimed at what is bright in an image of the sky
+uniform int u_sky_rays;  // of each pixel, aimed at openings or at what is bright in an image of the sky
 
 // Sums over rays.
 struct Arriving {
@@ -23,22 +27,41 @@ Arriving nothing_yet(vec3 n_vs)
     return Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0, sky);
 }
 
-#if ENVIRONMENT_KIND == 3
-// Directions of which a ray aimed at the sky takes one.
-const int SKY_CHOICES = 4;
-
-// Of the light of the sky along w the part that rays bring which are aimed at it, where others go there with
-// that density over solid angle, all together (the balance heuristic: Veach, Guibas 1995).
-float share_of_sky_rays(vec3 w, float cosine, float found, float all_sky)
-{
-    float aimed = float(u_sky_rays) * INV_PI * cosine * dot(environment_radiance(w), vec3(1.0));
-    return aimed / max(aimed + found * all_sky, 1e-30);
-}
-
+#if SKY_RAYS
 struct SkyRay {
     vec3 w;
     float sky;  // what it brings if nothing blocks it, alone and all colours together; 0: there is none
 };
+#endif
+
+#if OPENINGS
+// Of the light of the sky along w the part that rays bring which are aimed at it, where others go there with
+// that density over solid angle, all together (the balance heuristic: Veach, Guibas 1995).
+float share_of_sky_rays(LitPoint at, vec3 w, float found, float all_sky)
+{
+    float aimed = float(u_sky_rays) * density_of_openings(at.p, at.normal, w, weight_of_openings(at.p, at.normal));
+    return aimed / max(aimed + found, 1e-30);
+}
+
+SkyRay sky_ray(LitPoint at, uint index)
+{
+    float sum = weight_of_openings(at.p, at.normal);
+    float choice = random_2d(index, u_stream, 3u, false).x;
+    vec3 w = towards_opening(at.p, at.normal, choice, random_2d(index, u_stream, 4u, false), sum);
+    float sent = INV_PI * max(dot(w, at.normal), 0.0) * dot(environment_radiance(w), vec3(1.0));
+    return SkyRay(w, sent / max(density_of_openings(at.p, at.normal, w, sum), 1e-30));
+}
+#elif ENVIRONMENT_KIND == 3
+// Directions of which a ray aimed at the sky takes one.
+const int SKY_CHOICES = 4;
+
+// As with openings.
+float share_of_sky_rays(LitPoint at, vec3 w, float found, float all_sky)
+{
+    float cosine = max(dot(w, at.normal), 0.0);
+    float aimed = float(u_sky_rays) * INV_PI * cosine * dot(environment_radiance(w), vec3(1.0));
+    return aimed / max(aimed + found * all_sky, 1e-30);
+}
 
 // Drawn by what the sky sends along it times the cosine: of some directions drawn by what it sends one
 // by the rest (resampling: Talbot, Cline, Egbert 2005).
@@ -60,13 +83,15 @@ SkyRay sky_ray(LitPoint at, uint index)
     ray.sky = sum / float(SKY_CHOICES);
     return ray;
 }
+#endif
 
+#if SKY_RAYS
 // As one of u_sky_rays beside `ray_count` others, which go along it with the density `found`.
 void add_sky_ray(inout Arriving sums, LitPoint at, SkyRay ray, vec3 geometric, float found, int ray_count)
 {
     if (!(ray.sky > 0.0 && dot(ray.w, geometric) > 0.0))
         return;
-    float share = share_of_sky_rays(ray.w, dot(ray.w, at.normal), found, sums.all_sky);
+    float share = share_of_sky_rays(at, ray.w, found, sums.all_sky);
     float sky = ray.sky * share * float(ray_count) / float(u_sky_rays);
     bool is_blocked = bvh_is_blocked(at.p, ray.w, RAY_FAR);
     sums.open_sky += is_blocked ? 0.0 : sky;
@@ -82,12 +107,12 @@ void add_ray(inout Arriving sums, LitPoint at, vec3 w_vs, vec3 geometric_vs, flo
     w_vs -= 2.0 * min(dot(w_vs, geometric_vs), 0.0) * geometric_vs;
     vec3 w = u_ns_from_vs * w_vs;
     float sky = weight * dot(environment_radiance(direction_ws_of(w_vs)), vec3(1.0));
-#if ENVIRONMENT_KIND == 3 || BRIGHT_PIECES
+#if SKY_RAYS || BRIGHT_PIECES
     float cosine = max(dot(w, at.normal), 0.0);
     float found = float(ray_count) * cosine * INV_PI / max(weight, 1e-30);
 #endif
-#if ENVIRONMENT_KIND == 3
-    sky *= 1.0 - share_of_sky_rays(w, cosine, found, sums.all_sky);
+#if SKY_RAYS
+    sky *= 1.0 - share_of_sky_rays(at, w, found, sums.all_sky);
 #endif
     BvhHit hit = bvh_nearest(at.p, w, RAY_FAR);
     if (hit.record < 0) {

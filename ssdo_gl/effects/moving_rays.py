@@ -15,7 +15,7 @@ from ssdo_gl.passes.far_probes import FarFieldSettings, mean_radiance
 from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
-from ssdo_gl.passes.surfels import bright_reads, pieces_of
+from ssdo_gl.passes.surfels import bright_reads, opening_uniforms, pieces_of
 from ssdo_gl.passes.temporal import is_framed_alike, versions
 from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -101,7 +101,9 @@ def moving_rays(
         "u_sky": mean_radiance(frame.scene.environment),
         "u_receiver_stride": stride,
     }
-    if environment == "map":
+    defines["OPENINGS"], aims = opening_uniforms(context) if counts.aimed else (0, {})
+    uniforms |= aims
+    if environment == "map" or aims:
         uniforms["u_sky_rays"] = counts.aimed
     if pieces := pieces_of(context):
         uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": counts.aimed}

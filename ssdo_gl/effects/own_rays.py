@@ -31,7 +31,13 @@ from ssdo_gl.passes.far_probes import (
 from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
 from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_reads, ray_uniforms, stream_of
-from ssdo_gl.passes.surfels import BRIGHT_TABLES, bright_reads, cache_tables, pieces_of
+from ssdo_gl.passes.surfels import (
+    BRIGHT_TABLES,
+    bright_reads,
+    cache_tables,
+    opening_uniforms,
+    pieces_of,
+)
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import EnvironmentKind
 
@@ -187,7 +193,7 @@ class OwnRaysPass(RenderPass):
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 2, "f4", pixels),
             self._guide(context),
-            make_texture(gl, size, 2, "f4"),
+            make_texture(gl, size, 4 if self._openings(context)[0] else 2, "f4"),
             make_texture(gl, size, 4, "f4"),
             *((make_texture(gl, size, 4, "f4"),) if pieces_of(context) is not None else ()),
         )
@@ -233,8 +239,10 @@ class OwnRaysPass(RenderPass):
             **self._counts(context, rays),
             "u_sky": mean_radiance(frame.scene.environment),
         }
-        aimed_rays = math.ceil(self._times(context) * self.settings.aimed_rays)
-        if self.environment == "map":
+        aimed_rays = self._aimed_rays(context)
+        defines["OPENINGS"], aims = self._openings(context)
+        uniforms |= aims
+        if self.environment == "map" or aims:
             uniforms["u_sky_rays"] = aimed_rays
         if pieces := pieces_of(context):
             uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": aimed_rays}
@@ -253,6 +261,13 @@ class OwnRaysPass(RenderPass):
         """Return by how much more rays are traced, as frames share them."""
         count = context.frame.count
         return min(count, MOST_TIMES) / (1 if self.is_steady else count)
+
+    def _aimed_rays(self, context: PassContext) -> int:
+        return math.ceil(self._times(context) * self.settings.aimed_rays)
+
+    def _openings(self, context: PassContext) -> tuple[int, dict[str, object]]:
+        """Return how many openings rays are aimed at, and the uniforms for them."""
+        return opening_uniforms(context) if self.settings.aimed_rays else (0, {})
 
     def _counts(self, context: PassContext, rays: OwnRays) -> dict[str, int]:
         """Return how many rays pixels have."""
@@ -294,6 +309,9 @@ class OwnRaysPass(RenderPass):
         averaged = [make_texture(gl, far.size, 4, "f4") for _ in aimed]
         if aimed:
             by_pixel["t_own_aimed"] = aimed[0]
+        guided["OPENINGS"], _ = self._openings(context)
+        if guided["OPENINGS"]:
+            by_pixel["t_own_light"] = light
         for made in ((once, *averaged), (twice,)):
             defines = {**guided, "IS_SECOND": int(made == (twice,))}
             fill(context, made, "effects/own_filter.frag", defines, uniforms, by_pixel)

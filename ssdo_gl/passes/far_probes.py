@@ -52,8 +52,8 @@ class FarFieldSettings:
     )
     aimed_rays: int = setting(
         4,
-        "aimed at small pieces, far brighter than the rest, and as many at what is bright in an"
-        " image of the sky; a quarter while the camera moves",
+        "aimed at small pieces, far brighter than the rest, and as many at windows, or at what is"
+        " bright in an image of the sky; a quarter while the camera moves",
         unit="rays",
         low=0,
         high=64,

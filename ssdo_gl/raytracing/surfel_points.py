@@ -66,17 +66,19 @@ def _line_ends() -> FloatArray:
     return np.array(rows + [[y, x] for x, y in rows])
 
 
-def cosine_ways(normals: NDArray[np.uint32]) -> FloatArray:
+def cosine_ways(normals: NDArray[np.uint32], turn: int = 0) -> FloatArray:
     """Return a direction from each point (S, 16) of surfels, spread by the cosine, (S, 16, 3).
 
     Parameters
     ----------
     normals : ndarray, shape (S, 16), uint32
         As in `Surfels`.
+    turn : int
+        Others each time.
     """
     # In turn, or all points that lie at one edge of a surfel would look the same way.
     order = (7 * np.arange(POINT_COUNT) + np.arange(len(normals))[:, None]) % POINT_COUNT
-    u = _stratified(np.random.default_rng(2), len(normals))
+    u = _stratified(np.random.default_rng(2 + turn), len(normals))
     u = np.take_along_axis(u, order[..., None], axis=1)
     height, angle = 2.0 * u[..., 0] - 1.0, 2.0 * np.pi * u[..., 1]
     radius = np.sqrt(1.0 - height**2)

@@ -92,6 +92,8 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     far.reshape(-1, 4)[: len(chosen)] = rng.random((len(chosen), 4))
     aimed = np.zeros_like(far)
     aimed.reshape(-1, 4)[: len(chosen), :3] = rng.random((len(chosen), 3))
+    light = np.zeros_like(far)
+    light.reshape(-1, 4)[: len(chosen), 2] = rng.random(len(chosen))
     rare = np.zeros_like(far)
     is_lit = rng.random(len(chosen)) < 0.2
     rare.reshape(-1, 4)[: len(chosen), 3] = np.where(is_lit, IN_MORE_LIGHT, 1.0)
@@ -113,6 +115,7 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
         "t_own_places": make_texture(gl, size, 1, "i4", places),
         "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),
         "t_own_aimed": make_texture(gl, far.shape[1::-1], 4, "f4", aimed),
+        "t_own_light": make_texture(gl, far.shape[1::-1], 4, "f4", light),
         "t_own_rare": make_texture(gl, far.shape[1::-1], 4, "f4", rare),
     }
     averaged = [make_texture(gl, far.shape[1::-1], 4, "f4") for _ in range(2 - is_second)]
@@ -120,6 +123,7 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     defines = {
         "IS_SECOND": int(is_second),
         "BRIGHT_PIECES": 1,
+        "OPENINGS": 1,
         "PROBE_TILE": TILE,
         "PROBE_SIDE": SIDE,
     }
@@ -138,8 +142,10 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     around = expected(picture, places[..., 0], its, is_lit, stride, None, is_second)
     blend = its + share * (around - its)
     added += is_second * blend
-    for light in rest:
-        np.testing.assert_allclose(light, blend, rtol=0.0, atol=ROUNDING)
+    # What comes through openings is added as it is.
+    added[:, 3] += is_second * light.reshape(-1, 4)[: len(chosen), 2]
+    for made in rest:
+        np.testing.assert_allclose(made, blend, rtol=0.0, atol=ROUNDING)
     np.testing.assert_allclose(found, own + share * (wanted - own) + added, rtol=0.0, atol=ROUNDING)
     # What is averaged would differ.
     assert share == 0.0 or np.abs(wanted - own).mean() > 100.0 * ROUNDING

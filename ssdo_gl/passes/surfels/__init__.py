@@ -14,4 +14,5 @@ from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
 from ssdo_gl.passes.surfels.surfel_textures import (
     SurfaceCacheSettings,
     cache_tables,
+    opening_uniforms,
 )

@@ -70,7 +70,7 @@ class SurfelSkyPass(RenderPass):
     ) -> None:
         self.shared = SurfelProgram(settings, features, environment)
         map_tables = ("ray_map_cells", MAP_RADIANCE) if environment == "map" else ()
-        self.reads = ("bvh", "surfel_points", "surfel_hits", *map_tables)
+        self.reads = (*ray_reads(features), "surfel_points", "surfel_hits", *map_tables)
 
     def execute(self, context: PassContext) -> Produced:
         """Add up the sky in all directions that are open."""
@@ -88,7 +88,7 @@ class SurfelSkyPass(RenderPass):
         else:
             size = (SURFELS_PER_ROW, side * rows)
             made = replace(made, textures=self.shared.light_textures(context.gl, size))
-        program = self.shared.ready(context, self.name, "SURFEL_RAYS_PER_SIDE")
+        program = self.shared.ready(context, self.name, "SURFEL_RAYS_PER_SIDE", "OPENINGS")
         textures = textures_of(context, self.reads)
         with drawing_into(context.gl, *made.textures) as target:
             for row in turn:

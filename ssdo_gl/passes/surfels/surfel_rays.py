@@ -32,10 +32,11 @@ from ssdo_gl.passes.surfels.surfel_textures import (
 from ssdo_gl.raytracing.blind_sides import blind_sides
 from ssdo_gl.raytracing.covered_points import covered, outward, uncovered
 from ssdo_gl.raytracing.graded_surfels import graded
+from ssdo_gl.raytracing.openings import Openings, is_indoors, openings_of
 from ssdo_gl.raytracing.slats import slat_faces
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.surfel_patches import patches_of
-from ssdo_gl.raytracing.surfel_points import cosine_ways
+from ssdo_gl.raytracing.surfel_points import NOTHING_MET, cosine_ways
 from ssdo_gl.raytracing.surfels import Surfels, build_surfels
 from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
@@ -43,6 +44,9 @@ from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 STRIP_SHARE = 0.5
 # Scenes that are mostly empty are cut more finely, as long as no more pieces come of it.
 SPARSE_SURFELS = 16384
+# Of rays that leave rooms: fewer show no opening, so many show it well, and until there are as many
+# surfels trace theirs so many times.
+LEAST_LEAVING, ENOUGH_LEAVING, MOST_TURNS = 16, 512, 12
 # There may be so many more at the edges of lamps.
 LAMP_SURFELS = 8192
 
@@ -75,7 +79,8 @@ class SurfelsPass(RenderPass):
             (o.mesh, o.material, len(o.world_from_object), o.light is None) for o in scene.objects
         )
         sides = tuple(material.single_sided for material in scene.materials)
-        topology = (self.settings, scene.meshes, sides, bearers, bvh.triangles.count)
+        has_sky = scene.environment is not None
+        topology = (self.settings, scene.meshes, sides, bearers, bvh.triangles.count, has_sky)
         known = facts_of(context, "surfel_points", SurfelSet)
         if known is not None and known.topology == topology:
             made, surfels = known, known.surfels.moved(bvh.triangles)
@@ -92,6 +97,7 @@ class SurfelsPass(RenderPass):
                 ways,
                 np.full(ways.shape[:2], radius_ns(math.inf, context)),
             )
+            openings = self._openings(context, whole, ways, *seen)
             blind = blind_sides(whole, bvh, patches, *seen)
             slats = slat_faces(whole, patches, *seen)
             if blind.any() or slats.any():
@@ -110,7 +116,7 @@ class SurfelsPass(RenderPass):
             ways, reach = outward(surfels)
             above = self._met(context, surfels.positions, ways, reach)
             surfels = uncovered(surfels, covered(bvh, above[0], ways))
-            made = SurfelSet(surfels, topology, whole.depth)
+            made = SurfelSet(surfels, topology, whole.depth, openings)
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
         splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
         named = made.surfels.places.of(bvh)
@@ -119,9 +125,41 @@ class SurfelsPass(RenderPass):
         places[: len(named)] = named
         return {
             "surfel_points": TextureWithFacts(upload(gl, _words(surfels)), made),
-            "surfel_places": make_texture(gl, (SLOTS_PER_ROW, rows), 2, "u4", places.tobytes()),
+            "surfel_places": TextureWithFacts(
+                make_texture(gl, (SLOTS_PER_ROW, rows), 2, "u4", places.tobytes()), made.openings
+            ),
             "surfel_splits": TextureWithFacts(upload(gl, splits), made.depth),
         }
+
+    def _openings(
+        self,
+        context: PassContext,
+        whole: Surfels,
+        ways: FloatArray,
+        met: IntArray,
+        away: FloatArray,
+    ) -> Openings:
+        """Return the openings through which the sky is seen, by what rays `ways` of surfels meet.
+
+        Through a small window few of them leave: then more are traced.
+        """
+        if context.frame.scene.environment is None:
+            return Openings(np.zeros((0, 3, 3)))
+        is_open = met == NOTHING_MET
+        indoors = is_indoors(is_open)
+        # The insides of walls see nothing.
+        looks = indoors & (is_open | (away > 0.0)).any(axis=1)
+        starts, normals = whole.positions[looks], whole.normals[looks]
+        rays = [(ways[looks], is_open[looks])]
+        leaving = rays[0][1].sum()
+        while LEAST_LEAVING <= leaving < ENOUGH_LEAVING and len(rays) < MOST_TURNS:
+            more = cosine_ways(normals, len(rays))
+            reach = np.full(more.shape[:2], radius_ns(math.inf, context))
+            rays.append((more, self._met(context, starts, more, reach)[0] == NOTHING_MET))
+            leaving += rays[-1][1].sum()
+        starts, normals = (np.tile(a, (1, len(rays), 1)[: a.ndim]) for a in (starts, normals))
+        ways, is_open = (np.concatenate(part, axis=1) for part in zip(*rays, strict=True))
+        return Openings(openings_of(starts, ways, normals, is_open))
 
     def _met(
         self, context: PassContext, starts: NDArray[Any], ways: FloatArray, reach: FloatArray

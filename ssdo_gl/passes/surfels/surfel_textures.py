@@ -18,6 +18,7 @@ from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.environment_uniforms import environment_defines, environment_uniforms
 from ssdo_gl.passes.own_textures import drawing_into
 from ssdo_gl.passes.rays import ray_defines, ray_uniforms, stream_of
+from ssdo_gl.raytracing.openings import Openings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.torn_surfels import TornSurfels
 from ssdo_gl.scene.environment import EnvironmentKind
@@ -68,16 +69,31 @@ class SurfelSet:
         object: while these are the same, triangles keep their numbers, and surfels theirs.
     depth : int
         As in `Surfels`.
+    openings : Openings
+        Through which rooms see the sky; of a scene that has one.
     """
 
     surfels: TornSurfels
     topology: tuple[object, ...]
     depth: int
+    openings: Openings
 
     @property
     def count(self) -> int:
         """Number of surfels."""
         return self.surfels.count
+
+
+def opening_uniforms(context: PassContext) -> tuple[int, dict[str, object]]:
+    """Return how many openings there are, and the uniform of rays/openings.glsl.
+
+    Of a pass that reads `CACHE_TABLES` or the points of surfels.
+    """
+    known = context.facts.get("surfel_points")
+    openings = known.openings if isinstance(known, SurfelSet) else context.facts[CACHE_TABLES[0]]
+    assert isinstance(openings, Openings)
+    count = openings.count
+    return count, {"u_openings": openings.corners.reshape(-1, 3)} if count else {}
 
 
 def surfel_rows(count: int) -> int:
@@ -134,7 +150,8 @@ class SurfelProgram:
         `further` names the defines of its own.
         """
         side = self.settings.rays_per_side
-        own = {"SURFEL_RAYS_PER_SIDE": side, "PART_COUNT": PART_COUNT}
+        openings, aims = opening_uniforms(context)
+        own = {"SURFEL_RAYS_PER_SIDE": side, "PART_COUNT": PART_COUNT, "OPENINGS": openings}
         defines = ray_defines(context, self.features)
         defines |= environment_defines(self.environment)
         defines["SURFEL_DEPTH"] = context.facts["surfel_points"].depth
@@ -148,6 +165,7 @@ class SurfelProgram:
                 "u_rays_per_sample": side**2 / self.settings.light_samples,
                 "u_stream": stream_of(0, 0),
                 "u_shared_bits": (1 << int(math.log2(side))) - 1,
+                **(aims if "OPENINGS" in further else {}),
             }
         )
         return program
