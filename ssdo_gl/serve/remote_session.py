@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -10,7 +9,6 @@ from typing import Any
 
 import glfw
 
-from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.serve.delivery import Delivery, SentPicture
 from ssdo_gl.serve.page_events import PageEventError, pixels_of
 from ssdo_gl.serve.page_state import choose, shown_state
@@ -181,7 +179,7 @@ class RemoteSession(ViewerLoop):
         """Whether somebody waits for the answer to what they do."""
         events = self._events
         has_input = bool(events.pending) or events.has_input or self._input.is_holding
-        return not self._is_broken and (has_input or not self.viewer.is_resting)
+        return has_input or not self.viewer.is_resting
 
     @property
     def is_due(self) -> bool:
@@ -190,8 +188,6 @@ class RemoteSession(ViewerLoop):
         Not in motion while earlier pictures are on their way: what would be drawn would be
         old by the time that it may be sent.
         """
-        if self._is_broken:
-            return False
         if self._delivery.has_room:
             return self.viewer.is_busy or self.is_moving or self._is_unsent
         return self.viewer.is_busy and not self.is_moving
@@ -244,7 +240,3 @@ class RemoteSession(ViewerLoop):
         wants_another = self._events.has_input or self.viewer.is_outdated(is_edited=False)
         if self.viewer.can_be_given_up and (wants_another or others_wait):
             raise Interrupted
-
-    def _show_broken(self, error: ShaderError) -> None:
-        self.viewer.say(str(error), is_fault=True)
-        print(f"ssdo-gl: {error}", file=sys.stderr)

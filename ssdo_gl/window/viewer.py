@@ -188,13 +188,6 @@ class Viewer(Canvas):
         """Note that something has changed: draw fluidly first, refine later."""
         self._still_s = 0.0
 
-    def restart(self) -> None:
-        """Draw everything anew: shaders have changed."""
-        for side in self._sides:
-            side.image.renderer.forget()
-            side.image.restart()
-        self.touch()
-
     @property
     def is_moving(self) -> bool:
         """Whether this frame shows something else than the last one."""

@@ -50,7 +50,6 @@ class Command(StrEnum):
     FULLSCREEN = "fill the screen, or back"
     GOVERNOR = "hold the time budget, or not"
     VSYNC = "wait for the display, or not"
-    RELOAD = "compile shaders that have changed"
     QUIT = "leave"
     # Of the mouse; the help has a line for each.
     PIVOT = "take the point under the cursor as the centre of what follows"
@@ -124,7 +123,6 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("F11", glfw.KEY_F11, Command.FULLSCREEN),
     Binding("G", glfw.KEY_G, Command.GOVERNOR),
     Binding("U", glfw.KEY_U, Command.VSYNC),
-    Binding("R", glfw.KEY_R, Command.RELOAD),
     Binding("Ctrl+Q", glfw.KEY_Q, Command.QUIT, glfw.MOD_CONTROL),
 )
 # What moves for as long as it is held: (right, up, forward) and (left, up) turns.

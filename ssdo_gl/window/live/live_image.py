@@ -149,7 +149,7 @@ class LiveImage:
         return 1.0 / self._frames
 
     def restart(self) -> None:
-        """Forget what was drawn: shaders or the scene have changed."""
+        """Forget what was drawn: the scene has changed."""
         self.drawing = None
         self._request = self._applied = None
         self.sample_count = 0

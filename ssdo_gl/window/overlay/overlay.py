@@ -76,7 +76,6 @@ class Overlay(ImguiBackend):
         self._top = self._bottom = 0.0
         self._text_factor = 1.0
         self._reading: Reading | None = None
-        self._faults: tuple[str, ...] = ()
         self._looks_file = looks_file
         looks = None if looks_file is None else kept(looks_file)
         if isinstance(looks, dict):
@@ -117,10 +116,6 @@ class Overlay(ImguiBackend):
 
     def rescale(self, scale: float) -> None:
         super().rescale(scale * self._text_factor)
-
-    def show_faults(self, faults: tuple[str, ...]) -> None:
-        """Show what does not compile until it does."""
-        self._faults = faults
 
     def compose(
         self,
@@ -198,7 +193,6 @@ class Overlay(ImguiBackend):
 
     def _messages(self, window_size: tuple[int, int], free: float, *, has_room: bool) -> None:
         lines = [(line.text, line.is_fault) for line in self._viewer.messages.lines]
-        lines += [(fault, True) for fault in self._faults]
         if not lines:
             return
         imgui.set_next_window_pos(
