@@ -1,8 +1,8 @@
 #version 330 core
 // Irradiance of surfels straight from the scene's lights, glowing meshes and environment map,
 // by shadow rays from all their points. Emission that rays meet by chance is thus counted
-// nowhere else, but for a map's: see passes/surfel_sky.frag. Defines as in rays/surface_data.glsl and lib/environment.glsl;
-// PART_COUNT: parts in which the rays are traced, each in a tile of the image.
+// nowhere else, but for a map's: see passes/surfel_sky.frag. Defines as in rays/surface_data.glsl and
+// lib/environment.glsl.
 #include "rays/surfel_points.glsl"
 #include "rays/glow_that_is_met.glsl"
 #include "rays/quarter_sums.glsl"
@@ -123,22 +123,19 @@ vec3 glow_nearby(RaySurface at, vec3 w, float reach)
 void main()
 {
     ivec2 surfel = ivec2(gl_FragCoord.xy);
-    int part = surfel.y / u_surfel_rows;
-    surfel.y -= part * u_surfel_rows;
     uint seed = pixel_seed(surfel);
     int group_count = u_draws_groups ? 1 : u_emitter_group_count;
     vec4 sum = vec4(0.0);
 #if LOBES
     QuarterSums quarters = EMPTY_QUARTERS;
 #endif
-    int i = part;
     for (int g = 0; g < group_count; ++g) {
         EmitterGroup group = emitter_group(g);
         group.probability = 1.0;
         int samples = max(u_samples, 1);
         uint dimension = DIMENSION_LIGHT + 2u * uint(g);
         vec4 of_group = vec4(0.0);
-        for (; i < samples; i += PART_COUNT) {
+        for (int i = 0; i < samples; ++i) {
             // Groups of few samples start from different points.
             int point = (i + g * samples) % SURFEL_POINTS;
             RaySurface at = surfel_point(surfel, spread_point(point, seed & 15u));
@@ -165,13 +162,11 @@ void main()
             add_to_quarter(quarters, at.normal, light.w, arriving / float(samples));
 #endif
         }
-        // The parts take turns over all groups.
-        i -= samples;
         sum += of_group / float(samples);
     }
 #if GLOW_IS_DIRECT
     float near_reach = NEAR_SIZES * surfel_size(surfel);
-    for (int j = part; j < u_tree_samples; j += PART_COUNT) {
+    for (int j = 0; j < u_tree_samples; ++j) {
         RaySurface at = surfel_point(surfel, j % SURFEL_POINTS);
         LightSample light = sample_tree(at.start, at.normal,
                                         random_2d(uint(j), seed, DIMENSION_TREE, false),

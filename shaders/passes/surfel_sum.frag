@@ -1,10 +1,10 @@
 #version 330 core
-// Light of sources and sky: the sum of the parts in which the sky was added up and shadow rays traced.
-// SURFEL_RAYS_PER_SIDE, PART_COUNT: how many of each. OF_QUARTER: of a quarter of the hemisphere, as
+// Light of sources and sky: the sum of what shadow rays found and of the parts in which the sky was
+// added up. SURFEL_RAYS_PER_SIDE: how many these are. OF_QUARTER: of a quarter of the hemisphere, as
 // rays/surfel_lobes.glsl has it.
 
+uniform sampler2D t_surfel_light;
 uniform sampler2D t_surfel_sky;    // a tile for each part, from the bottom up
-uniform sampler2D t_surfel_parts;
 uniform int u_surfel_rows;
 uniform int u_first_row;           // of the image from which on it is drawn
 
@@ -22,12 +22,9 @@ vec4 mean_and_spread(vec4 quarter)
 void main()
 {
     ivec2 surfel = ivec2(gl_FragCoord.xy) - ivec2(0, u_first_row);
-    vec4 sum = vec4(0.0);
+    vec4 sum = texelFetch(t_surfel_light, surfel, 0);
     for (int row = 0; row < SURFEL_RAYS_PER_SIDE; ++row) {
         sum += texelFetch(t_surfel_sky, surfel + ivec2(0, row * u_surfel_rows), 0);
-    }
-    for (int part = 0; part < PART_COUNT; ++part) {
-        sum += texelFetch(t_surfel_parts, surfel + ivec2(0, part * u_surfel_rows), 0);
     }
     o_sum = OF_QUARTER == 1 ? mean_and_spread(sum) : sum;
 }

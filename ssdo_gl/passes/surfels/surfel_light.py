@@ -28,7 +28,6 @@ from ssdo_gl.passes.rays import (
     tree_uniforms,
 )
 from ssdo_gl.passes.surfels.surfel_textures import (
-    PART_COUNT,
     SURFELS_PER_ROW,
     SurfaceCacheSettings,
     SurfelProgram,
@@ -98,37 +97,22 @@ class SurfelSkyPass(RenderPass):
 
 
 @dataclass(frozen=True, eq=False)
-class DirectParts:
-    """What `surfel_direct` is the sum of, and how much of it is of the present light.
+class DirectLight:
+    """What shadow rays have found, and equal for the same surfels, light and settings.
 
-    Attributes
-    ----------
-    light : hashable
-        Equal for the same light and geometry.
-    parts : tuple of Texture
-        A tile for each part, which is what every fourth shadow ray brings; with lobes four more
-        by directions.
-    next_part, missing : int
-        Which part is to be made next, and how many are of an earlier light.
+    With lobes there are four textures more by directions.
     """
 
-    surfels: object
-    light: Hashable
-    parts: tuple[moderngl.Texture, ...]
-    next_part: int = 0
-    missing: int = 0
+    made_from: Hashable
+    textures: tuple[moderngl.Texture, ...]
 
 
 class SurfelDirectPass(RenderPass):
-    """Writes `surfel_direct`: irradiance by sky, lights and all that glows.
-
-    In a live frame one part of it at a time: a quarter of all shadow rays.
-    """
+    """Writes `surfel_direct`: irradiance by sky, lights and all that glows."""
 
     name = "surfel_direct"
     writes: Mapping[str, TextureSpec] = {"surfel_direct": TextureSpec(4, "f4", own=True)}
     depends_on = ("geometry", "materials", "lights", "environment")
-    is_gradual = True
 
     def __init__(
         self,
@@ -149,45 +133,35 @@ class SurfelDirectPass(RenderPass):
             self.writes = {**self.writes, "surfel_quarters": TextureSpec(4, "f4", own=True)}
 
     def execute(self, context: PassContext) -> Produced:
-        """Trace shadow rays: all, or in a live frame those of the next part."""
-        known = facts_of(context, "surfel_direct", DirectParts)
+        """Trace shadow rays, unless the sky alone has become better known."""
+        known = facts_of(context, "surfel_direct", DirectLight)
         light = tuple(context.frame.versions.get(domain) for domain in self.depends_on)
-        surfels = context.facts["surfel_points"]
-        rows = surfel_rows(surfels.count)
-        count = self.shared.light_count
-        if known is not None and known.surfels is surfels and len(known.parts) == count:
-            missing = (known.missing if known.light == light else PART_COUNT) - 1
-            following = (known.next_part + 1) % PART_COUNT
-            made = DirectParts(surfels, light, known.parts, following, max(missing, 0))
-            tile = (0, known.next_part * rows, SURFELS_PER_ROW, rows)
-        else:
-            size = (SURFELS_PER_ROW, PART_COUNT * rows)
-            parts = self.shared.light_textures(context.gl, size)
-            made = DirectParts(surfels, light, parts)
-            tile = (0, 0, *size)
-        self.is_settled = made.missing == 0
-        program = self.shared.ready(context, self.name, "PART_COUNT")
-        textures = textures_of(context, self.rays)
-        with drawing_into(context.gl, *made.parts) as target:
-            samples = self._samples(context)
-            draw_fullscreen(context.gl, program, target, samples, textures, region=tile)
-        produced: Produced = {
-            "surfel_direct": TextureWithFacts(self._sums(context, made.parts[:1]), made)
-        }
+        made, made_from = known, (context.facts["surfel_points"], light, self.shared)
+        if made is None or made.made_from != made_from:
+            made = DirectLight(made_from, self._traced(context))
+        found = self._sums(context, made.textures[:1])
+        produced: Produced = {"surfel_direct": TextureWithFacts(found, made)}
         if self.shared.features.lobes:
-            produced = {**produced, "surfel_quarters": self._sums(context, made.parts)}
+            produced = {**produced, "surfel_quarters": self._sums(context, made.textures)}
         return produced
 
-    def _sums(self, context: PassContext, parts: tuple[moderngl.Texture, ...]) -> moderngl.Texture:
-        """Return the sums of parts and sky, all light and by directions, a tile each."""
+    def _traced(self, context: PassContext) -> tuple[moderngl.Texture, ...]:
+        """Return what shadow rays find, as new textures."""
+        size = (SURFELS_PER_ROW, surfel_rows(context.facts["surfel_points"].count))
+        found = self.shared.light_textures(context.gl, size)
+        program = self.shared.ready(context, self.name)
+        with drawing_into(context.gl, *found) as target:
+            samples = self._samples(context)
+            draw_fullscreen(context.gl, program, target, samples, textures_of(context, self.rays))
+        return found
+
+    def _sums(self, context: PassContext, found: tuple[moderngl.Texture, ...]) -> moderngl.Texture:
+        """Return the sums with the sky, of all light and by directions, a tile each."""
         rows = surfel_rows(context.facts["surfel_points"].count)
-        texture = make_texture(context.gl, (SURFELS_PER_ROW, len(parts) * rows), 4, "f4")
-        defines = {
-            "PART_COUNT": PART_COUNT,
-            "SURFEL_RAYS_PER_SIDE": self.shared.settings.rays_per_side,
-        }
-        for tile, (part, sky) in enumerate(
-            zip(parts, context.facts["surfel_sky"].textures, strict=False)
+        texture = make_texture(context.gl, (SURFELS_PER_ROW, len(found) * rows), 4, "f4")
+        defines = {"SURFEL_RAYS_PER_SIDE": self.shared.settings.rays_per_side}
+        for tile, (light, sky) in enumerate(
+            zip(found, context.facts["surfel_sky"].textures, strict=False)
         ):
             fill(
                 context,
@@ -195,7 +169,7 @@ class SurfelDirectPass(RenderPass):
                 "passes/surfel_sum.frag",
                 {**defines, "OF_QUARTER": int(tile > 0)},
                 {"u_surfel_rows": rows, "u_first_row": tile * rows},
-                {"t_surfel_parts": part, "t_surfel_sky": sky},
+                {"t_surfel_light": light, "t_surfel_sky": sky},
                 (0, tile * rows, SURFELS_PER_ROW, rows),
             )
         return texture

@@ -40,8 +40,6 @@ SLOTS_PER_ROW = 1024
 MOST_SURFELS = 65535
 # Of the hemisphere over a surfel, which keep light apart that is sent on in lobes.
 QUARTERS = 4
-# Shadow rays are traced in so many parts, one in each live frame.
-PART_COUNT = 4
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,7 @@ class SurfelProgram:
         """
         side = self.settings.rays_per_side
         openings, aims = opening_uniforms(context)
-        own = {"SURFEL_RAYS_PER_SIDE": side, "PART_COUNT": PART_COUNT, "OPENINGS": openings}
+        own = {"SURFEL_RAYS_PER_SIDE": side, "OPENINGS": openings}
         defines = ray_defines(context, self.features)
         defines |= environment_defines(self.environment)
         defines["SURFEL_DEPTH"] = context.facts["surfel_points"].depth
