@@ -99,7 +99,7 @@ class FrameLoop:
         self._moved: tuple[Scene, float, Scene] | None = None
         self._versions = self._shared.follow(scene) | self._light_versions(scene)
         self._drawn: tuple[object, ...] = ()
-        self._moves = 0
+        self._moves = self._view_moves = 0
 
     @property
     def shaders(self) -> ShaderLibrary:
@@ -293,6 +293,7 @@ class FrameLoop:
         planned = self._planned
         return Frame(
             *(view, self._lean, seed, versions, is_live, first_seed, count, moves),
+            view_moves=self._view_moves,
             gloss_region=None if planned is None else planned.gloss_region,
             emission_region=None if planned is None else planned.emission_region,
         )
@@ -309,6 +310,7 @@ class FrameLoop:
         if not last or last[0] != kept or last == self._drawn:
             return 0
         self._moves += 1
+        self._view_moves += last[2] != view.key()
         return self._moves
 
     def _plane(self, job: FrameJob, name: str) -> Plane:

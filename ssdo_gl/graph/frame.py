@@ -234,6 +234,8 @@ class Frame:
         Of a live frame that may be averaged with those before it, its number among them:
         camera or bodies have moved since the last one, lights have not, but for those of `gi` that
         an animation moves. 0: it is to be as a single frame is.
+    view_moves : int
+        Of these frames, how many the camera has moved in.
     gloss_region : Region or None
         Outside it no surface in view is glossy. None: nothing is known of that.
     emission_region : Region or None
@@ -248,13 +250,17 @@ class Frame:
     first_seed: int = 0
     count: int = 1
     moves: int = 0
+    view_moves: int = 0
     gloss_region: Region | None = None
     emission_region: Region | None = None
 
     @property
     def pattern(self) -> int:
-        """What chooses the sample points of that which is averaged over frames."""
-        return self.seed + (self.moves << 32)
+        """What chooses the sample points of that which is averaged over frames.
+
+        The same ones while the camera stands, so that what noise is left does not change.
+        """
+        return self.seed + (self.view_moves << 32 if self.moves else 0)
 
     @property
     def emitting_part(self) -> Region:

@@ -45,7 +45,8 @@ class FarFieldSettings:
     )
     edge_rays: int = setting(
         16,
-        "the same where a neighbour in front may shade, no fewer than others have",
+        "the same where a neighbour in front may shade, no fewer than others have; three times as"
+        " many while bodies move",
         unit="rays",
         low=0,
         high=1024,

@@ -13,6 +13,7 @@ import scene_text as text
 from ssdo_gl.effects import far_field, moving_light, moving_rays, own_rays
 from ssdo_gl.effects.moving_rays import ray_counts
 from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.passes.rays import stream_of
 from ssdo_gl.planning import averages
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -222,7 +223,7 @@ def test_a_view_that_begins_to_move_goes_on_from_what_it_showed() -> None:
     assert error() < 0.5 * error(**{"temporal.frames_of_rays": 1})
 
 
-def test_beside_bodies_that_move_pixels_have_half_as_many_rays_again_as_at_rest(
+def test_beside_bodies_that_move_pixels_have_more_rays_than_at_rest(
     drawn: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     counts = []
@@ -237,14 +238,32 @@ def test_beside_bodies_that_move_pixels_have_half_as_many_rays_again_as_at_rest(
             renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
     assert drawn == ["probes", *3 * ["pixels"]]
     chosen = FarFieldSettings()
-    few, many = 1.5 * chosen.pixel_rays, 1.5 * chosen.edge_rays
+    few, many = 1.5 * chosen.pixel_rays, 3 * chosen.edge_rays
     assert set(counts) == {(few, many, few, chosen.moving_lost_rays, chosen.aimed_rays, True)}
+
+
+def test_noise_stands_still_while_the_camera_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rays of a pixel go the same ways in each frame: what no body changes stays as it is."""
+    streams: list[int] = []
+
+    def noting(seed: int, half: int) -> int:
+        streams.append(stream_of(seed, half))
+        return streams[-1]
+
+    monkeypatch.setattr(moving_rays, "stream_of", noting)
+    with Renderer(CAROUSEL, settings()) as renderer:
+        for frame in range(9):
+            camera = CAROUSEL.camera.orbit(float(frame // 3))
+            renderer.draw(("beauty",), camera=camera, seconds=frame / 30.0)
+    standing, *moving = np.split(np.array(streams), [2, 5])
+    assert {len(set(part)) for part in (standing, *moving)} == {1}
+    assert len(set(streams)) == 3
 
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=2, edge_rays=2, moving_rays=5, moving_edge_rays=4)
     assert ray_counts(chosen, is_brief=False) == (5, 5, 32, 16, 1, False)
-    assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 16, 4, True)
+    assert ray_counts(chosen, is_brief=True) == (5, 6, 5, 16, 4, True)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
         *(chosen.moving_rays, chosen.moving_edge_rays),
