@@ -50,7 +50,9 @@ REFERENCE_SPP, REFERENCE_GOAL, REFERENCE_SECONDS = 64, 0.01, 600.0
 Row = dict[str, str]
 
 
-def measure(name: str, device: Device, size: tuple[int, int]) -> tuple[list[Row], dict[str, Any]]:
+def measure(
+    name: str, device: Device, folder: Path, size: tuple[int, int]
+) -> tuple[list[Row], dict[str, Any]]:
     """Return a row for each point of the grid, as ``points.csv`` has them, and the machine."""
     points = read_grid(GRID)
     scene = load_scene(name)
@@ -60,7 +62,9 @@ def measure(name: str, device: Device, size: tuple[int, int]) -> tuple[list[Row]
         machine = describe_machine(device, renderer.timer_kind, "")
         machine["clock"] = trusted_clock(machine)
         errors = errors_of(own, points, base)
-        rows = time_points(own, points, base, ROUNDS, FRAMES)
+        visits = folder / f"{Path(name).stem}-rounds.csv"
+        visits.unlink(missing_ok=True)
+        rows = time_points(own, points, base, ROUNDS, FRAMES, visits)
     times = tabulate(rows, points, ROUNDS, machine["clock"]).ms
     table = [
         {
@@ -116,7 +120,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     device = create_context("auto")
     try:
         for name in options.scenes:
-            rows, machine = measure(name, device, size)
+            rows, machine = measure(name, device, options.outdir, size)
             tables[name] = rows
             replace_file(options.outdir / f"{Path(name).stem}.csv", csv_bytes(rows))
             paper, march = curve_of(rows, "paper's SSDO", PAPER), curve_of(rows, "march", MARCH)

@@ -38,6 +38,7 @@ __all__ = [
     "load_scene",
     "render",
     "render_film",
+    "render_views",
     "transform_matrix",
     "view",
 ]
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ssdo_gl.headless.film_interface import film_frames, render_film
+    from ssdo_gl.headless.many_views import render_views
     from ssdo_gl.math3d import transform_matrix
     from ssdo_gl.notebook import view
     from ssdo_gl.render_result import RenderResult
@@ -90,6 +92,7 @@ _HOMES = {
     "load_scene": "ssdo_gl.scene.load",
     "render": "ssdo_gl.renderer",
     "render_film": "ssdo_gl.headless.film_interface",
+    "render_views": "ssdo_gl.headless.many_views",
     "transform_matrix": "ssdo_gl.math3d",
     "view": "ssdo_gl.notebook",
 }

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from ssdo_gl.dispatch import carry_out, check_flags_used
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.images.files import STDOUT, check_output, image_paths
-from ssdo_gl.options.batches import one_by_one
 from ssdo_gl.options.flags import (
     STREAM,
     CommandLine,
@@ -24,6 +23,7 @@ from ssdo_gl.options.flags import (
     wanted_aovs,
 )
 from ssdo_gl.options.resolve import camera_from_text, settings_for
+from ssdo_gl.options.several_scenes import one_by_one
 from ssdo_gl.process import (
     EXIT_INTERRUPTED,
     EXIT_NO_OPENGL,
@@ -79,6 +79,8 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
 
         check_scheduler(run.scheduler)
         silence_library()
+        if STREAM in (command.scene, run.snapshot):
+            raise UsageError("--scheduler: workers have no standard input or output (-)")
     if run.stats is not None:
         check_output(Path(run.stats), (".json",), new_folder=run.batch)
     if run.snapshot is not None:
@@ -113,7 +115,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     finally:  # --help and the like only print, and end
         check_said()
     wanted = wanted_aovs(command.run)
-    commands = one_by_one(command) if command.run.batch else [_of_one_scene(command)]
+    commands = one_by_one(command)
     for item in commands:
         _check_outputs(item, wanted)
     options = command.run
@@ -128,20 +130,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         check_flags_used(command, settings_for({}, given), wanted, is_scene_read=False)
-    if options.batch:
-        from ssdo_gl.farm.scenes import render_batch
+    if options.batch or len(commands) > 1 or (options.snapshot and options.scheduler):
+        work = partial(_reported_of_one, given=given, wanted=wanted)
+        from ssdo_gl.farm.scenes import carry_out_all, render_batch
 
-        return render_batch(commands, partial(_reported_of_one, given=given, wanted=wanted))
+        return (render_batch if options.batch else carry_out_all)(commands, work)
     return carry_out(commands[0], given, wanted, command_text(arguments), shots)
-
-
-def _of_one_scene(command: CommandLine) -> CommandLine:
-    """Return a command that is no batch, or refuse scenes that it cannot have."""
-    if len(command.scenes) > 1:
-        raise UsageError(f"{len(command.scenes)} scenes: several belong to --batch --out DIR")
-    if command.scene == STREAM and not command.run.active <= modes.HEADLESS:
-        raise UsageError("- (standard input): belongs to --snapshot OUT or --explain")
-    return command
 
 
 def _reported_of_one(

@@ -56,8 +56,8 @@ def carry_out(
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
     if "method" in given or (warm is None and settings.max_error is None):
-        # Of a batch, another scene's method may use what this one's cannot; a bound on the
-        # error may choose another method.
+        # Of several scenes, another one's method may use what this one's cannot; a bound on
+        # the error may choose another method.
         check_flags_used(command, settings, wanted, is_scene_read=True)
     camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:
@@ -73,6 +73,7 @@ def carry_out(
             scene=scene,
             camera=camera,
             backend=options.backend,
+            scheduler=options.scheduler,
             command=text,
             quiet=options.quiet,
         )
@@ -198,7 +199,9 @@ def _fly_through(
         "seconds": command.run.time,
         # As if no method had been chosen: one of the presets is a method.
         "presets": {name: load_preset(name) for name in NAMES},
-        "measured": [dataclasses.asdict(rung) for rung in read_ladder().rungs],
+        "measured": [
+            {**dataclasses.asdict(rung), "label": rung.label} for rung in read_ladder().rungs
+        ],
         "read_preset": load_preset,
     }
     # A viewer goes on measuring and gives way where a frame turns out dearer.

@@ -167,7 +167,7 @@ class FrameLoop:
         self.scene = scene
 
     def forget(self) -> None:
-        """Run every pass again in the next frame."""
+        """Run every pass again in the next frame: its shader may have changed."""
         self._executor.forget()
         self._drawn = ()
 

@@ -52,10 +52,10 @@ def images_of_other_methods(wanted: Iterable[str], method: str) -> list[str]:
     return [name for name in wanted if name in of_others - of_method]
 
 
-def checked_camera(camera: object) -> Camera | None:
+def checked_camera(camera: object, name: str = "camera") -> Camera | None:
     """Return `camera` if it is one; None stands for the scene's; raises SettingError."""
     if not isinstance(camera, Camera | None):
-        raise SettingError(f"camera: expected a Camera, got {shown(camera)}")
+        raise SettingError(f"{name}: expected a Camera, got {shown(camera)}")
     return camera
 
 

@@ -69,6 +69,11 @@ def test_a_picture_keeps_what_rays_have_found(renderer, press):
         lambda renderer: BenchRenderer(renderer).split(TRACED, ("beauty",), 3, "wall"),
         lambda renderer: renderer.draw(("beauty",), camera=renderer.scene.camera),
         lambda renderer: ssdo_gl.render("corner", method="reference-gi", size=(16, 9), spp=64),
+        lambda renderer: list(
+            ssdo_gl.render_views(
+                "corner", [renderer.scene.camera], method="reference-gi", size=(16, 9), spp=64
+            )
+        ),
     ],
 )
 def test_what_has_no_use_for_a_part_ends(renderer, press, work):

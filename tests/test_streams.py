@@ -1,4 +1,4 @@
-"""The command with pipes."""
+"""The command with pipes, and with several scenes."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ssdo_gl import cli
 from ssdo_gl.cli import main
 
 SMALL = ["--size", "16x9", "--samples", "8"]
@@ -128,14 +129,26 @@ def test_standard_output_takes_one_image(capsys):
     assert "takes one image" in capsys.readouterr().err
 
 
+def test_a_bad_scene_does_not_stop_the_others(tmp_path, capsys):
+    command = ["corner", "nosuch.glb", "stairs", "--snapshot", f"{tmp_path}/", *SMALL]
+    assert main(command) == 2
+    assert {path.name for path in tmp_path.iterdir()} == {"corner.png", "stairs.png"}
+    captured = capsys.readouterr()
+    assert "ssdo-gl: nosuch.glb: no such file\n" in captured.err
+    assert [line for line in captured.out.splitlines() if line in ("corner:", "stairs:")]
+
+
+def test_a_fault_of_flags_is_said_once(tmp_path, capsys):
+    assert main(["corner", "stairs", "--snapshot", f"{tmp_path}/", "--samples", "0"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["a", "b"], "2 scenes: several belong to --batch --out DIR"),
-        (["a", "b", "--snapshot", "x.png"], "2 scenes: several belong to --batch --out DIR"),
-        (["-"], "- (standard input): belongs to --snapshot OUT or --explain"),
-    ],
+    ("codes", "expected"), [((0, 4, 0), 4), ((4, 2, 0), 2), ((2, 3, 4), 3), ((0, 130, 2), 130)]
 )
-def test_scenes_that_a_mode_cannot_have_are_refused(capsys, arguments, said):
-    assert main(arguments) == 2
-    assert capsys.readouterr().err == f"ssdo-gl: {said}\n"
+def test_the_worst_code_counts(monkeypatch, capsys, tmp_path, codes, expected):
+    left = list(codes)
+    monkeypatch.setattr(cli, "carry_out", lambda *_, **__: left.pop(0))
+    assert main(["a", "b", "c", "--snapshot", f"{tmp_path}/"]) == expected
+    assert len(left) == (1 if expected == 130 else 0)

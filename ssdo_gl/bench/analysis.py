@@ -276,7 +276,7 @@ def as_row(result: Result) -> dict[str, Any]:
         row |= _cells(f"{prefix}_error", verdict.error if verdict else None)
         row |= _cells(f"{prefix}_bias", verdict.bias if verdict else None)
         scalars = verdict.scalars if verdict else Scalars()
-        for name in ("noise", "systematic", "own_bias", "rel_mse", "ssim", "flip_ldr"):
+        for name in ("noise", "systematic", "own_bias", "rel_mse", "ssim", "flip_ldr", "flip_hdr"):
             value = getattr(scalars, name)
             row[f"{prefix}_{name}"] = "" if math.isnan(value) else f"{value:.6g}"
         for part in panel.parts:

@@ -14,6 +14,24 @@ from ssdo_gl.settings import Settings
 
 
 @dataclass(frozen=True)
+class Series:
+    """How a cost grows with one quantity.
+
+    Attributes
+    ----------
+    name : str
+        ``samples``, ``pixels``, ``radius`` or ``triangles``.
+    curves : dict of str to tuple of float
+        Milliseconds by what is timed; NaN where it did not run.
+    """
+
+    name: str
+    x_label: str
+    x: tuple[float, ...]
+    curves: dict[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True)
 class Picture:
     """An image of the report.
 
@@ -77,6 +95,7 @@ class Bench:
     results: list[Result]
     references: dict[str, ReferenceSummary]
     recommendation: Recommendation
+    series: list[Series] = field(default_factory=list)
     splits: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     pictures: list[Picture] = field(default_factory=list)
     notes: tuple[str, ...] = ()

@@ -91,33 +91,6 @@ class ReferenceSet:
     floors: dict[str, Scalars]
     limits: dict[str, Reference]
 
-    def errors_of(
-        self, renderer: BenchRenderer, point: Point, base: Settings, mask: Mask, seeds: int
-    ) -> dict[str, Judged]:
-        """Return the errors of `point` against every reference it can be held to.
-
-        Parameters
-        ----------
-        mask : ndarray of bool
-            Pixels that count.
-        seeds : int
-            Sample patterns whose errors are averaged.
-        """
-        panels = [p for p in error_panels() if p.name in self.by_panel and p.judges(point)]
-        renderings = render_seeds(renderer, point, base, seeds, all_aovs(panels))
-        return {
-            panel.name: judge(
-                panel,
-                renderings,
-                self.by_panel[panel.name],
-                mask,
-                base.exposure or 0.0,
-                None if point.spp else self.limits[panel.name],
-                with_flip=True,
-            )
-            for panel in panels
-        }
-
 
 def converged_march(panel: ErrorPanel) -> Point:
     """Return a point whose error is what one camera layer does not show, and shadow maps."""

@@ -1,25 +1,33 @@
-"""Runs a whole bench: references, errors, times, then tables, plots and report."""
+"""Runs a whole bench: references, errors, times, scaling, then tables, plots and report."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
-from ssdo_gl.bench import analysis, report
+from ssdo_gl.bench import analysis, report, scaling
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
+from ssdo_gl.bench.bench_workers import spread
+from ssdo_gl.bench.judging import Judging
 from ssdo_gl.bench.measure import (
+    ERROR_FORMAT,
     BenchRenderer,
+    ErrorStore,
     Judged,
     Point,
     describe_machine,
+    fingerprint,
     judged_pixels,
     read_grid,
+    scene_fingerprint,
+    shader_fingerprint,
     tabulate,
     time_points,
     trusted_clock,
@@ -33,7 +41,15 @@ from ssdo_gl.bench.references import (
     smallest_errors,
     summaries,
 )
-from ssdo_gl.bench.storage import ROUNDS, BenchError, claim_folder, csv_bytes, replace_file
+from ssdo_gl.bench.storage import (
+    ERRORS,
+    MARKER,
+    ROUNDS,
+    BenchError,
+    claim_folder,
+    read_json,
+    replace_json,
+)
 from ssdo_gl.effects.far_field import FarField
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.images.error import Mask
@@ -44,6 +60,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.methods import METHODS
+from ssdo_gl.version import __version__
 
 QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)
 
@@ -62,6 +79,9 @@ class BenchPlan:
         At most this long for each reference, in one run.
     batch_spp : int
         Samples per pixel of one independent batch of a reference.
+    flips : tuple of str
+        FLIP metrics: ``ldr`` of every point, ``hdr``, which takes seconds, of those whose
+        pictures are shown.
     """
 
     rounds: int
@@ -69,10 +89,11 @@ class BenchPlan:
     seeds: int
     reference_seconds: float
     batch_spp: int
+    flips: tuple[str, ...]
 
 
-QUICK = BenchPlan(3, 3, 2, 15.0, 64)
-FULL = BenchPlan(7, 5, 4, 900.0, 256)
+QUICK = BenchPlan(3, 3, 2, 15.0, 64, flips=("ldr",))
+FULL = BenchPlan(7, 5, 4, 900.0, 256, flips=("ldr", "hdr"))
 
 
 def bench_size(quick: bool) -> tuple[int, int]:
@@ -94,6 +115,7 @@ def run_bench(
     scene: Scene | None = None,
     camera: Camera | None = None,
     backend: str = "auto",
+    scheduler: str | None = None,
     command: str = "",
     quiet: bool = False,
     plan: BenchPlan | None = None,
@@ -108,13 +130,15 @@ def run_bench(
         Size, radius, shadows, exposure and seed hold; method, estimator and the other
         axes of the grid are what is varied.
     outdir : Path
-        Receives report, tables, plots and raw measurements.
+        Receives report, tables, plots and raw measurements; an interrupted bench is resumed.
     quick : bool
         A smaller grid and shorter references: two minutes, five of half a million triangles.
     scene : Scene or None
         What `scene_source` names, if it is loaded already.
     camera : Camera or None
         Replaces the scene's camera.
+    scheduler : str or None
+        Of workers that make images and errors; times are measured here. None: all is.
     command : str
         What the user typed, for the report.
 
@@ -134,9 +158,14 @@ def run_bench(
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
             own = BenchRenderer(r)
-            run = BenchRun(own, base, points, plan, quick, outdir, progress, camera)
+            run = BenchRun(own, base, points, plan, quick, outdir, progress, camera, scheduler)
             run.leave_out_needless()
-            bench = run.measure(scene_source, machine)
+            try:
+                bench = run.measure(scene_source, machine)
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(
+                    f"interrupted; {outdir} keeps what was measured, and the same command goes on"
+                ) from None
             progress.say("writing tables, plots and report ...")
             report.write_report(bench, outdir)
     finally:
@@ -158,6 +187,7 @@ class BenchRun:
     outdir: Path
     progress: StageProgress
     camera: Camera | None = None
+    scheduler: str | None = None
     notes: list[str] = field(default_factory=list)
 
     def leave_out_needless(self) -> None:
@@ -173,8 +203,11 @@ class BenchRun:
     def measure(self, source: str, machine: Mapping[str, Any]) -> Bench:
         """Carry out every stage and return what was found."""
         clock = self._clock(machine)
+        state = self._state()
+        self._start_over_unless_same(state)
         mask = self._mask()
-        references, judged = self._judged(mask)
+        with self._renderers() as renderer:
+            references, judged = self._judged(renderer, state, mask)
         by_panel = references.by_panel
         rows = time_points(
             self.renderer,
@@ -182,14 +215,27 @@ class BenchRun:
             self.base,
             self.plan.rounds,
             self.plan.frames,
+            self.outdir / ROUNDS,
             self.progress.steps,
         )
-        replace_file(self.outdir / ROUNDS, csv_bytes([dataclasses.asdict(row) for row in rows]))
         table = tabulate(rows, self.points, self.plan.rounds, clock)
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
         chosen = report.chosen_results(results, recommendation)
+        if "hdr" in self.plan.flips:
+            results = report.with_hdr_flip(
+                self.renderer, self.base, results, chosen, by_panel, mask, self.progress.steps
+            )
+            recommendation = analysis.recommend(results)
         radius_px = (self.base.radius or 0.0) * unit_px(self.renderer, self.base, mask)
+        series = scaling.measure_scaling(
+            self.renderer,
+            self.base,
+            radius_px,
+            self.quick,
+            clock,
+            self.progress.steps,
+        )
         bench = Bench(
             scene=source,
             title=self.renderer.scene.title or source,
@@ -208,12 +254,20 @@ class BenchRun:
             results=results,
             references=summaries(results, references, mask),
             recommendation=recommendation,
+            series=series,
             pictures=report.take_pictures(
                 self.renderer, self.base, chosen, by_panel, mask, self.progress.steps
             ),
             notes=tuple(self.notes),
         )
         return dataclasses.replace(bench, splits=self._splits(report.split_results(bench), clock))
+
+    @contextmanager
+    def _renderers(self) -> Iterator[BenchRenderer]:
+        """Yield who makes images and errors: this process, or workers, which are then noted."""
+        with spread(self.renderer, self.scheduler) as (renderer, sentence):
+            self.notes += [sentence] if sentence else []
+            yield renderer
 
     def _clock(self, machine: Mapping[str, Any]) -> str:
         """Return what to time by, and note why if it is not the usual."""
@@ -226,16 +280,41 @@ class BenchRun:
             )
         return clock
 
+    def _state(self) -> dict[str, Any]:
+        """Return what identifies this bench: a folder of another one is not continued."""
+        parts = (scene_fingerprint(self.renderer.scene), self.base, self.points, self.plan)
+        return {
+            "bench": fingerprint(ERROR_FORMAT, parts, self.renderer.device_name, __version__),
+            "shaders": shader_fingerprint(("",)),
+        }
+
+    def _start_over_unless_same(self, state: Mapping[str, Any]) -> None:
+        """Continue the bench of the folder if it is this one; else forget its times.
+
+        Its errors need not be removed: each says what it was measured for.
+        """
+        path = self.outdir / MARKER
+        found = read_json(path)
+        if found == state:
+            self.progress.say(f"continuing the bench in {self.outdir}")
+            return
+        if found:
+            self.progress.say(f"{self.outdir} holds another bench; measuring anew")
+        (self.outdir / ROUNDS).unlink(missing_ok=True)
+        replace_json(path, state)
+
     def _mask(self) -> Mask:
         mask = judged_pixels(self.renderer, self.base)
         if not mask.any():
             raise BenchError("the camera sees no surface: there is nothing to measure")
         return mask
 
-    def _judged(self, mask: Mask) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
+    def _judged(
+        self, renderer: BenchRenderer, state: Mapping[str, Any], mask: Mask
+    ) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
         """Return what points are held to, and every point's errors."""
         request = ReferenceRequest(
-            self.renderer,
+            renderer,
             self.base,
             mask,
             sorted({point.kind for point in self.points}),
@@ -244,24 +323,28 @@ class BenchRun:
             self.plan.reference_seconds,
         )
         references = make_references(request, self.progress)
-        judged = self._errors(references, mask)
+        judged = self._errors(renderer, state, references, mask)
         smallest = smallest_errors(judged)
         if not self.quick and not good_enough(references.by_panel, smallest, mask):
             # A setting came closer to a reference than the converged march did.
             request = dataclasses.replace(request, smallest=smallest)
             references = make_references(request, self.progress)
-            judged = self._errors(references, mask)
+            judged = self._errors(renderer, state, references, mask)
         return references, judged
 
-    def _errors(self, references: ReferenceSet, mask: Mask) -> dict[str, dict[str, Judged]]:
+    def _errors(
+        self,
+        renderer: BenchRenderer,
+        state: Mapping[str, Any],
+        references: ReferenceSet,
+        mask: Mask,
+    ) -> dict[str, dict[str, Judged]]:
         """Return the errors of every point against every reference it can be held to."""
-        judged = {}
-        for done, point in enumerate(self.points, 1):
-            judged[point.key] = references.errors_of(
-                self.renderer, point, self.base, mask, self.plan.seeds
-            )
-            self.progress.steps("errors", done, len(self.points))
-        return judged
+        counts = {name: reference.spp for name, reference in references.by_panel.items()}
+        store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
+        flips = tuple(flip for flip in self.plan.flips if flip == "ldr")
+        judging = Judging(self.base, references, mask, self.plan.seeds, flips)
+        return judging.of_all(renderer, self.points, store, self.progress.steps)
 
     def _splits(
         self, results: Sequence[Result], clock: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import hashlib
 import io
 import json
@@ -20,12 +21,13 @@ from ssdo_gl.process import home_folder
 from ssdo_gl.user_error import UserError
 from ssdo_gl.whole_files import replace_whole
 
-# Says that a folder is a bench's: no other file is proof of that.
+# Says that a folder is a bench's, and of which bench: no other file is proof of that.
 MARKER = "ssdo_gl-bench.json"
+ERRORS = "errors"
 ROUNDS = "rounds.csv"
 # What a bench writes into its folder besides the marker.
 BENCH_FILES = (
-    ROUNDS, "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html",
+    ERRORS, ROUNDS, "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html",
     "estimators.csv", "estimators.md", "estimators.png",
 )  # fmt: skip
 
@@ -56,7 +58,7 @@ def claim_folder(folder: Path) -> None:
         for name in (MARKER, *BENCH_FILES)
         if (os.path.lexists(folder / name) and not (is_ours or name == MARKER))
         or (folder / name).is_symlink()
-        or (folder / name).is_dir()
+        or ((folder / name).exists() and (folder / name).is_dir() != (name == ERRORS))
     ]
     if foreign:
         raise BenchError(
@@ -166,3 +168,43 @@ def csv_bytes(rows: Sequence[Mapping[str, Any]]) -> bytes:
     writer.writeheader()
     writer.writerows(rows)
     return buffer.getvalue().encode()
+
+
+def append_line(path: Path, line: str) -> None:
+    """Append one line in a single write, so that a killed run loses at most that line.
+
+    Raises
+    ------
+    BenchError
+        Nothing of the line is then left in the file.
+    """
+    data = line.encode() + b"\n"
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        try:
+            size = os.fstat(handle).st_size
+            # Of a disk that has room for a part of it, a write takes that part.
+            if os.write(handle, data) < len(data):
+                os.ftruncate(handle, size)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        finally:
+            os.close(handle)
+    except OSError as error:
+        raise BenchError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def whole_lines(path: Path) -> list[str]:
+    """Return the lines of `path`; one that a killed run left unfinished is cut off.
+
+    The cut is made in the file, too, so that the next line does not continue it.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise BenchError(f"{path}: cannot be read: {error.strerror}") from None
+    end = data.rfind(b"\n") + 1
+    if end != len(data):
+        replace_file(path, data[:end])
+    return data[:end].decode(errors="replace").splitlines()

@@ -36,6 +36,7 @@ def results(
     open_maker: Callable[[Any], Maker],
     task: bytes,
     items: Sequence[Any],
+    shared: bytes | None = None,
 ) -> list[Any]:
     """Return the results of `items`, in their order.
 
@@ -49,6 +50,8 @@ def results(
         Makes the maker of a task.
     task : bytes
         The pickled argument of `open_maker`.
+    shared : bytes or None
+        Pickled; makes each item a pair of it and the item.
 
     Raises
     ------
@@ -57,7 +60,12 @@ def results(
     """
     if version != __version__:
         raise RuntimeError(f"a worker has ssdo_gl {__version__}, this command is {version}")
-    return _thread().submit(_results, job, open_maker, task, items).result()
+    return _thread().submit(_results, job, open_maker, task, items, shared).result()
+
+
+def idle() -> None:
+    """Return when this worker has nothing more to do."""
+    _thread().submit(int).result()
 
 
 def _results(
@@ -65,9 +73,13 @@ def _results(
     open_maker: Callable[[Any], Maker],
     task: bytes,
     items: Sequence[Any],
+    shared: bytes | None,
 ) -> list[Any]:
     if job not in _kept:
         for name in list(_kept):
             _kept.pop(name).close()
         _kept[job] = open_maker(pickle.loads(task))
+    if shared is not None:
+        beside = pickle.loads(shared)
+        items = [(beside, item) for item in items]
     return [_kept[job].make(item) for item in items]

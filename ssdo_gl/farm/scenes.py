@@ -1,4 +1,4 @@
-"""Carries a command out for each scene of a batch, here or on workers."""
+"""Carries a command out for each of several scenes, here or on workers."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pathlib import Path
 
 from ssdo_gl.farm.scheduler import mapped
 from ssdo_gl.gpu.warm_device import WarmDevice
-from ssdo_gl.options.batches import files_of
 from ssdo_gl.options.flags import CommandLine
+from ssdo_gl.options.several_scenes import files_of
 from ssdo_gl.process import (
     EXIT_INTERRUPTED,
     EXIT_MISSED,
@@ -76,6 +76,36 @@ class CapturedWork:
     def close(self) -> None:
         """Free what has drawn."""
         self._warm.close()
+
+
+def carry_out_all(commands: Sequence[CommandLine], work: Work) -> int:
+    """Do `work` for each command until Ctrl-C, where the first says; return the worst code.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Of workers, saying how many scenes are done.
+    """
+    codes = []
+    if commands[0].run.scheduler is None:
+        with closing(WarmDevice()) as warm:
+            for command in commands:
+                _print_name(command)
+                codes.append(work(command, warm))
+                if codes[-1] == EXIT_INTERRUPTED:
+                    break
+        return _worst(codes)
+    try:
+        with closing(_captured(commands, work)) as told:
+            for command, said in zip(commands, told, strict=True):
+                _print_name(command)
+                print(said.out, end="", flush=True)
+                print(said.err, end="", file=sys.stderr, flush=True)
+                codes.append(said.code)
+    except KeyboardInterrupt:
+        done = f"{len(codes)} of the {counted(len(commands), 'scene')}"
+        raise KeyboardInterrupt(f"interrupted; {done} had been rendered") from None
+    return _worst(codes)
 
 
 def render_batch(commands: Sequence[CommandLine], work: Work) -> int:
@@ -162,3 +192,8 @@ def _named(line: str, scene: str) -> str:
     """Return a line of one scene's command as one of the batch."""
     name, message = printable(scene), line.removeprefix(_PREFIX)
     return f"{_PREFIX}{message}" if name in message else f"{_PREFIX}{name}: {message}"
+
+
+def _print_name(command: CommandLine) -> None:
+    if not command.run.quiet:
+        print(f"{printable(command.scene)}:", flush=True)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 import os
 import pickle
+import platform
 import re
 import signal
 import sys
 import time
 import uuid
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
@@ -19,7 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from ssdo_gl.farm import local_worker
-from ssdo_gl.farm.kept_maker import Maker, results
+from ssdo_gl.farm.kept_maker import Maker, idle, results
 from ssdo_gl.gpu.context import DEVICE_INDEX
 from ssdo_gl.gpu.egl_devices import gpu_numbers
 from ssdo_gl.gpu.held_signals import held_signals
@@ -28,7 +29,8 @@ from ssdo_gl.version import __version__
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
-# Between two looks whether there are any.
+# Between two looks whether workers are at rest, and whether there are any.
+SETTLE_SECONDS = 0.05
 LOOK_S = 1.0
 # How long all may be gone: under load one that was killed takes half a minute to come back.
 ABSENT_S = 120
@@ -78,14 +80,15 @@ class FarmJob:
         self._client = client
         self._library = library
         self._open_maker = open_maker
-        # As a result of its own: a worker that comes later gets it from another worker, and
-        # it is not lost with the worker that holds it.
-        self._task = client.submit(bytes, pickle.dumps(task), pure=False)
+        self._task = self._sent(task)
         self._name = uuid.uuid4().hex
 
     def results(
         self,
         items: Sequence[Any],
+        *,
+        shared: object = None,
+        chunk: int | None = None,
         lost: Callable[[Any], Any] | None = None,
     ) -> Generator[Any, None, None]:
         """Yield the result of each item, in their order, as workers make them.
@@ -96,6 +99,10 @@ class FarmJob:
         ----------
         items : sequence
             Pickled, in chunks; read no further than workers can take.
+        shared : object
+            Sent to each worker once, and given to makers beside every item.
+        chunk : int or None
+            Items that a worker takes at a time; by default an eighth of its share.
         lost : callable or None
             Returns the result of an item that has ended several workers; None: that is an
             error.
@@ -109,26 +116,31 @@ class FarmJob:
             What a worker raises.
         """
         workers = max(self._worker_count(), 1)
-        # An eighth of a worker's share.
-        size = min(max(len(items) // (8 * workers), 1), MAX_CHUNK)
+        size = chunk or min(max(len(items) // (8 * workers), 1), MAX_CHUNK)
+        data = None if shared is None else self._sent(shared)
         running: deque[tuple[Sequence[Any], Any]] = deque()
         try:
             for start in range(0, len(items), size):
                 part = items[start : start + size]
-                running.append((part, self._submitted(part)))
+                running.append((part, self._submitted(part, data)))
                 if len(running) >= CHUNKS_AHEAD * workers:
-                    yield from self._made(*running.popleft(), lost)
+                    yield from self._made(*running.popleft(), data, lost)
             while running:
-                yield from self._made(*running.popleft(), lost)
+                yield from self._made(*running.popleft(), data, lost)
         finally:
             self._client.cancel([future for _, future in running])
 
-    def _submitted(self, part: Sequence[Any]) -> Any:
-        work = self._name, __version__, self._open_maker, self._task, part
+    def _sent(self, content: object) -> Any:
+        # As a result of its own: a worker that comes later gets it from another worker, and
+        # it is not lost with the worker that holds it.
+        return self._client.submit(bytes, pickle.dumps(content), pure=False)
+
+    def _submitted(self, part: Sequence[Any], data: Any) -> Any:
+        work = self._name, __version__, self._open_maker, self._task, part, data
         return self._client.submit(results, *work, pure=False)
 
     def _made(
-        self, part: Sequence[Any], future: Any, lost: Callable[[Any], Any] | None
+        self, part: Sequence[Any], future: Any, data: Any, lost: Callable[[Any], Any] | None
     ) -> Iterator[Any]:
         try:
             made: list[Any] = self._awaited(future)
@@ -143,7 +155,7 @@ class FarmJob:
                 made = [
                     result
                     for one in alone
-                    for result in self._made(one, self._submitted(one), lost)
+                    for result in self._made(one, self._submitted(one, data), data, lost)
                 ]
         except RuntimeError as error:
             raise FarmError(str(error)) from None
@@ -174,6 +186,32 @@ class FarmJob:
             raise FarmError(_GONE) from None
 
 
+class Farm:
+    """The workers of a scheduler."""
+
+    def __init__(self, client: Any, library: ModuleType) -> None:
+        self._client = client
+        self._library = library
+
+    def job(self, open_maker: Callable[[Any], Maker], task: object) -> FarmJob:
+        """Return a job for these workers."""
+        return FarmJob(self._client, self._library, open_maker, task)
+
+    def machines(self) -> Counter[str]:
+        """Return how many workers each machine has, by its name."""
+        return Counter(self._client.run(platform.node).values())
+
+    def settle(self) -> None:
+        """Wait until no worker is at work for this process."""
+        # What was cancelled may still run, and the scheduler does not say so. A worker that is
+        # lost meanwhile never answers.
+        submit = self._client.submit
+        waiting = {a: submit(idle, workers=[a], pure=False) for a in self._client.nthreads()}
+        while any(a in self._client.nthreads() and not f.done() for a, f in waiting.items()):
+            time.sleep(SETTLE_SECONDS)
+        self._client.cancel(list(waiting.values()))
+
+
 def mapped(
     scheduler: str,
     open_maker: Callable[[Any], Maker],
@@ -181,22 +219,28 @@ def mapped(
     items: Sequence[Any],
     lost: Callable[[Any], Any] | None = None,
 ) -> Generator[Any, None, None]:
-    """Yield the results of `FarmJob.results`, of one job.
+    """Yield the results of a job of its own (`connected`, `FarmJob.results`)."""
+    with connected(scheduler) as farm:
+        yield from farm.job(open_maker, task).results(items, lost=lost)
+
+
+@contextmanager
+def connected(scheduler: str) -> Iterator[Farm]:
+    """Yield the workers of a scheduler, at least one; end those that were begun for it.
 
     Parameters
     ----------
     scheduler : str
-        ``local``, whose workers are begun and ended here, ``local:N`` or the address of a Dask
-        scheduler.
+        ``local``, ``local:N`` or the address of a Dask scheduler.
 
     Raises
     ------
     FarmError
-        If there is no scheduler or no worker, or what `FarmJob.results` says.
+        If there is no scheduler or no worker.
     """
     library = _library()
     with _clients(library, scheduler) as client:
-        yield from FarmJob(client, library, open_maker, task).results(items, lost)
+        yield Farm(client, library)
 
 
 @contextmanager

@@ -33,13 +33,12 @@ class Program:
     Attributes
     ----------
     gl : moderngl.Program
+        Replaced by `ShaderLibrary.reload`; take it anew for every draw, and key what
+        you cache about it (vertex arrays) by this object.
     compute : ComputeProgram or None
         What runs instead of a rasterized program, which `gl` then does not hold.
-
-    Raises
-    ------
-    ShaderError
-        If it does not compile.
+    digest : str
+        Identifies the flattened sources.
     """
 
     def __init__(
@@ -52,6 +51,10 @@ class Program:
         self._context = gl
         self._translate = translate
         self._vertex_array: moderngl.VertexArray | None = None
+        self.replace(vertex, fragment)
+
+    def replace(self, vertex: FlatSource, fragment: FlatSource) -> None:
+        """Compile these stages instead; on failure raise ShaderError and leave all as it was."""
         compute = self._linked_compute(vertex, fragment)
         self.compute = None if compute is None else ComputeProgram(compute)
         linked: Any = compute
@@ -61,6 +64,7 @@ class Program:
             linked, images = self._linked_stages(vertex, fragment)
             self.gl = linked
         self._images = images
+        self.digest = digest_of(vertex, fragment)
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
         # Attributes are members, too; built-in names, and those of compute shaders alone, are
@@ -85,6 +89,9 @@ class Program:
         if self.compute is not None:
             self.compute.first_unit = len(self._units)
         self._unset = {name for name in active if not self._declared[name].has_initializer}
+        if self._vertex_array is not None:
+            self._vertex_array.release()
+        self._vertex_array = None
 
     def _linked_stages(
         self, vertex: FlatSource, fragment: FlatSource

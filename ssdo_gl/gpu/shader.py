@@ -1,4 +1,4 @@
-"""The library of shaders: programs by file name, compiled once.
+"""The library of shaders: programs by file name, compiled once and again when files change.
 
 One of its files, which chooses between the kinds of lights, is made from their list.
 """
@@ -202,9 +202,11 @@ class ShaderLibrary:
         """
         key = name, tuple(sorted(self._choices.items()))
         if key not in self._kernels:
-            source = flatten(name, self._read, {}, self._choices)
-            self._kernels[key] = Kernel(self._gl, kernel_source(source))
+            self._kernels[key] = Kernel(self._gl, self._kernel_source(*key))
         return self._kernels[key]
+
+    def _kernel_source(self, name: str, choices: _ChoiceKey) -> FlatSource:
+        return kernel_source(flatten(name, self._read, {}, dict(choices)))
 
     def fullscreen_source(
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
@@ -234,6 +236,26 @@ class ShaderLibrary:
             other._choices = {**self._choices, **choices}
             other._asked, other._choosing = {}, {}
         return self._choosing[key]
+
+    def reload(self) -> list[ShaderError]:
+        """Compile again what changed on disk, and return what went wrong.
+
+        A program that no longer compiles keeps its last good version.
+        """
+        faults: list[ShaderError] = []
+        for (vertex, fragment, defines, choices, _), program in self._by_name.items():
+            try:
+                stages = self._flatten(vertex, fragment, dict(defines), dict(choices))
+                if digest_of(*stages) != program.digest:
+                    program.replace(*stages)
+            except ShaderError as fault:
+                faults.append(fault)
+        for key, kernel in self._kernels.items():
+            try:
+                kernel.replace(self._kernel_source(*key))
+            except ShaderError as fault:
+                faults.append(fault)
+        return faults
 
     def _flatten(
         self,

@@ -12,9 +12,11 @@ from typing import Any, NoReturn
 
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.options.help_page import (
+    SHELLS,
     USAGE,
     ListScenes,
     argument_of,
+    completion,
     scene_epilog,
 )
 from ssdo_gl.options.pass_settings import overrides_from_text
@@ -131,7 +133,22 @@ def build_parser() -> argparse.ArgumentParser:
             group.add_argument(
                 "--list-scenes", action=ListScenes, help="say what each built-in scene is for"
             )
+            group.add_argument(
+                "--completion",
+                metavar="|".join(SHELLS),
+                action=_PrintCompletion,
+                help="print a script that completes this command in a shell",
+            )
     return parser
+
+
+class _PrintCompletion(argparse.Action):
+    def __call__(
+        self, parser: argparse.ArgumentParser, _space: Any, shell: Any, _option: Any = None
+    ) -> NoReturn:
+        infos = {name: info for name, (_, info) in flag_infos().items()}
+        print(completion(build_parser(), infos, shell))
+        parser.exit()
 
 
 def read_command(arguments: Sequence[str] | None = None) -> CommandLine:

@@ -121,9 +121,10 @@ class RunOptions:
     backend: str = _running("auto", "where OpenGL comes from", choices=BACKENDS)
     scheduler: str | None = _running(
         None,
-        "workers that render, each a process of its own: N here, or those of a Dask scheduler",
+        "workers that render, each a process of its own: N here, or those of a Dask scheduler; of"
+        " a bench, all but times",
         metavar="local[:N]|tcp://HOST:PORT",
-        modes=frozenset({modes.BATCH, modes.FILM}),
+        modes=frozenset({modes.BATCH, modes.BENCH, modes.FILM, modes.SNAPSHOT}),
     )
     resume: bool = _running(
         False,
@@ -182,7 +183,7 @@ class FilmOptions:
 
 @dataclass(frozen=True)
 class ServeOptions:
-    """Address of the page."""
+    """Address of the page, and whether those who look share a camera."""
 
     host: str | None = _serve(
         None,
@@ -192,4 +193,9 @@ class ServeOptions:
     )
     port: int = _serve(
         8765, "listen at this port; 0: any that is free", low=0, high=65535, metavar="N"
+    )
+    viewers: str = _serve(
+        "own",
+        "cameras with which pages begin: one for each, or one for all; the panel changes it",
+        choices=("own", "shared"),
     )

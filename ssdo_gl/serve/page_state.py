@@ -47,6 +47,7 @@ def shown_state(viewer: Viewer) -> dict[str, Any]:
     """
     view, left, settings = viewer.view, viewer.left, viewer.settings
     exposure = viewer.scene.camera.exposure if settings.exposure is None else settings.exposure
+    monitor = viewer.monitor
     counts = [
         (side.image.sample_count, int(side.image.samples_wanted))
         for side in (left, viewer.right)
@@ -66,7 +67,8 @@ def shown_state(viewer: Viewer) -> dict[str, Any]:
         "frame_ms": round(viewer.frame_ms, 1) if is_known else None,
         "samples": counts,
         "scale": left.level.frame_scale if left is not None and not viewer.is_resting else 1.0,
-        "relative_error": viewer.monitor.error if view.is_error else None,
+        "relative_error": monitor.error if view.is_error else None,
+        "fault": None if monitor.alarm is None else str(monitor.alarm),
         "messages": [{"text": m.text, "is_fault": m.is_fault} for m in viewer.messages.lines],
     }
 
@@ -81,7 +83,8 @@ def _name(value: object, known: Mapping[str, Any] | tuple[str, ...]) -> str:
     return value
 
 
-def _flag(value: object) -> bool:
+def flag(value: object) -> bool:
+    """Return `value` if it is true or false; raises PageEventError."""
     if not isinstance(value, bool):
         raise PageEventError("choose: expected true or false")
     return value
@@ -99,7 +102,7 @@ def _expose(viewer: Viewer, value: object) -> None:
 
 
 def _govern(viewer: Viewer, value: object) -> None:
-    viewer.is_governed = _flag(value)
+    viewer.is_governed = flag(value)
     viewer.touch()
 
 
@@ -110,8 +113,8 @@ _CHOICES: Mapping[str, Callable[[Viewer, object], None]] = {
     ),
     "aov": lambda viewer, value: _replaced(viewer, aov=_name(value, image_names())),
     "preset": lambda viewer, value: viewer.choose_preset(_name(value, viewer.presets)),
-    "split": lambda viewer, value: _replaced(viewer, is_split=_flag(value), is_error=False),
-    "error": lambda viewer, value: _replaced(viewer, is_error=_flag(value), is_split=False),
+    "split": lambda viewer, value: _replaced(viewer, is_split=flag(value), is_error=False),
+    "error": lambda viewer, value: _replaced(viewer, is_error=flag(value), is_split=False),
     "exposure": _expose,
     "governed": _govern,
 }

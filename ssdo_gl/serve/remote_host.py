@@ -11,7 +11,7 @@ from ssdo_gl.window.input import Command
 PERMITTED = frozenset(
     {
         *(Command.CAPTURE, Command.RELEASE, Command.FOCUS, Command.PIVOT, Command.ZOOM),
-        *(Command.FIT, Command.HOME, Command.NEXT_CAMERA, Command.PROJECT),
+        *(Command.FIT, Command.HOME, Command.NEXT_CAMERA, Command.PROJECT, Command.COLLIDE),
         *(Command.VIEW, Command.NEXT_METHOD, Command.PREVIOUS_METHOD, Command.NEXT_OTHER_METHOD),
         *(Command.SPLIT, Command.ERROR, Command.PAUSE, Command.STEP, Command.GOVERNOR),
         *(Command.UNDO, Command.REDO, Command.RESET, Command.RECALL, Command.PLAY),

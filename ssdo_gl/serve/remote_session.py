@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -9,11 +10,13 @@ from typing import Any
 
 import glfw
 
+from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.serve.delivery import Delivery, SentPicture
 from ssdo_gl.serve.page_events import PageEventError, pixels_of
-from ssdo_gl.serve.page_state import choose, shown_state
+from ssdo_gl.serve.page_state import choose, flag, shown_state
 from ssdo_gl.serve.remote_host import RemoteHost
 from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.window.camera import Flight, jump_to, stilled
 from ssdo_gl.window.events import Events
 from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.viewer import Viewer
@@ -61,6 +64,8 @@ class RemoteSession(ViewerLoop):
     between_slices : callable
         Called every few milliseconds of a long frame, to hand over events; returns whether
         somebody else waits for the device.
+    shares_camera : bool
+        Whether the camera is to be where others have moved it, and theirs where this one is.
 
     Examples
     --------
@@ -86,6 +91,7 @@ class RemoteSession(ViewerLoop):
         self.viewer = viewer
         self.size = self.pixels = size
         self.between_slices: Callable[[], bool] = lambda: False
+        self.shares_camera = False
         self._clock = clock
         self._event_time: float | None = None
         self._woken_at: float | None = None
@@ -153,7 +159,10 @@ class RemoteSession(ViewerLoop):
 
     def _choose(self, what: str, value: object) -> None:
         try:
-            choose(self.viewer, what, value)
+            if what == "shared_camera":
+                self.shares_camera = flag(value)
+            else:
+                choose(self.viewer, what, value)
         except (PageEventError, SettingError) as error:
             self.viewer.say(str(error), is_fault=True)
 
@@ -167,7 +176,8 @@ class RemoteSession(ViewerLoop):
     def state(self) -> dict[str, Any]:
         """What the page shows around the picture."""
         self.viewer.messages.expire()
-        return {**shown_state(self.viewer), "looking": self._input.is_looking}
+        own = {"looking": self._input.is_looking, "shared_camera": self.shares_camera}
+        return {**shown_state(self.viewer), **own}
 
     def take_clipboard(self) -> str:
         """Return what the page shall put on its clipboard, once; empty if there is nothing."""
@@ -175,11 +185,29 @@ class RemoteSession(ViewerLoop):
         return text
 
     @property
-    def is_moving(self) -> bool:
-        """Whether somebody waits for the answer to what they do."""
+    def has_input(self) -> bool:
+        """Whether somebody does something."""
         events = self._events
-        has_input = bool(events.pending) or events.has_input or self._input.is_holding
-        return has_input or not self.viewer.is_resting
+        return bool(events.pending) or events.has_input or self._input.is_holding
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether somebody waits for the answer to what they do, or what they follow moves."""
+        return not self._is_broken and (self.has_input or not self.viewer.is_resting)
+
+    @property
+    def still_flight(self) -> Flight:
+        """A flight at rest at the present camera, for others who share it."""
+        viewer = self.viewer
+        is_on_tour = viewer.tour.played_s is not None
+        flight = jump_to(viewer.flight, viewer.camera) if is_on_tour else viewer.flight
+        return stilled(flight)
+
+    def follow(self, flight: Flight) -> None:
+        """Go on from a flight of somebody else."""
+        self.viewer.tour.stop()
+        self.viewer.flight = flight
+        self.viewer.touch()
 
     @property
     def is_due(self) -> bool:
@@ -188,6 +216,8 @@ class RemoteSession(ViewerLoop):
         Not in motion while earlier pictures are on their way: what would be drawn would be
         old by the time that it may be sent.
         """
+        if self._is_broken:
+            return False
         if self._delivery.has_room:
             return self.viewer.is_busy or self.is_moving or self._is_unsent
         return self.viewer.is_busy and not self.is_moving
@@ -218,7 +248,9 @@ class RemoteSession(ViewerLoop):
         controls = self._input.take(since, now, self.size[1])
         self._events.has_input = self._events.wants_release = False
         self._render(controls, now - since, self.pixels)
-        if not (self._input.is_holding or self._input.is_dragging):
+        # The way of a camera that is followed is no edit, only where it ends.
+        is_led = self.shares_camera and not self.viewer.is_resting
+        if not (self._input.is_holding or self._input.is_dragging or is_led):
             self.viewer.note_edits()
         is_busy = self.viewer.is_busy or self._input.is_holding
         self._stepped_at = now if is_busy else None
@@ -240,3 +272,7 @@ class RemoteSession(ViewerLoop):
         wants_another = self._events.has_input or self.viewer.is_outdated(is_edited=False)
         if self.viewer.can_be_given_up and (wants_another or others_wait):
             raise Interrupted
+
+    def _show_broken(self, error: ShaderError) -> None:
+        self.viewer.say(str(error), is_fault=True)
+        print(f"ssdo-gl: {error}", file=sys.stderr)

@@ -14,9 +14,11 @@ from typing import Any
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.process import give_back_memory
+from ssdo_gl.scene.camera import Camera
 from ssdo_gl.serve.delivery import SentPicture
 from ssdo_gl.serve.page_state import choices
 from ssdo_gl.serve.remote_session import RemoteSession
+from ssdo_gl.window.camera import Flight
 from ssdo_gl.window.opening import fault_text
 from ssdo_gl.window.viewer import Viewer
 
@@ -50,12 +52,15 @@ class Visitor:
         Events as `page_events.checked_event` returns them; any thread may append.
     session : RemoteSession or None
         None until the thread has made one.
+    shared : Camera or None
+        Where the camera was that others were told of last; None: it is not shared.
     """
 
     def __init__(self, deliver: Callable[[Delivered], None]) -> None:
         self.deliver = deliver
         self.events: deque[Mapping[str, Any]] = deque()
         self.session: RemoteSession | None = None
+        self.shared: Camera | None = None
         self.drawn_at = 0.0
         self.budget_ms = 0.0
         self._state: Mapping[str, Any] | None = None
@@ -101,15 +106,22 @@ class RenderThread:
         Returns a viewer that draws with a device and its shaders.
     backend : str
         auto, egl, osmesa or window.
+    shares_camera : bool
+        Whether everybody begins with one camera for all who share it.
     """
 
     def __init__(
         self,
         make_viewer: Callable[[Device, ShaderLibrary], Viewer],
         backend: str = "auto",
+        *,
+        shares_camera: bool = False,
     ) -> None:
         self._make_viewer = make_viewer
         self._backend = backend
+        self._shares_camera = shares_camera
+        # Where those who share a camera have moved it.
+        self._flight: Flight | None = None
         self._visitors: list[Visitor] = []
         self._tasks: deque[Callable[[], None]] = deque()
         self._wakes = threading.Event()
@@ -180,10 +192,12 @@ class RenderThread:
             self._lose(visitor, error)
             return
         visitor.session = RemoteSession(viewer, size)
+        visitor.session.shares_camera = self._shares_camera
         visitor.session.between_slices = lambda: self._others_wait(visitor)
         visitor.drawn_at = time.perf_counter()
         visitor.budget_ms = viewer.budget_ms
         self._visitors.append(visitor)
+        self._share_camera(visitor)
         visitor.deliver({"type": "choices", **choices(viewer)})
 
     def _leave(self, visitor: Visitor) -> None:
@@ -215,6 +229,8 @@ class RenderThread:
         resting = [v for v in resting if not moving or now - v.drawn_at > PATIENCE_SECONDS]
         drew = False
         # Of those at rest only who has waited longest: somebody may begin to move meanwhile.
+        # Who leads, before those who follow.
+        moving.sort(key=lambda v: v.session is not None and not v.session.has_input)
         for visitor in [*moving, *sorted(resting, key=lambda v: v.drawn_at)[:1]]:
             drew |= self._guarded(visitor, partial(self._step, visitor))
         for visitor in list(self._visitors):
@@ -225,8 +241,10 @@ class RenderThread:
         assert visitor.session is not None
         count = visitor.session.viewer.presenter.draw_count
         visitor.session.perform()
+        self._share_camera(visitor)
         visitor.tell()
         picture = visitor.session.step()
+        self._share_camera(visitor)
         is_new = visitor.session.viewer.presenter.draw_count != count
         if is_new:
             visitor.drawn_at = time.perf_counter()
@@ -240,6 +258,22 @@ class RenderThread:
         share = 1.0 / max(1, sum(session.is_moving for _, session in sessions))
         for visitor, session in sessions:
             session.viewer.budget_ms = visitor.budget_ms * max(share, SMALLEST_SHARE)
+
+    def _share_camera(self, visitor: Visitor) -> None:
+        """Take over a shared camera on joining; tell the others where it was moved since."""
+        session = visitor.session
+        if session is None or not session.shares_camera:
+            visitor.shared = None
+            return
+        if visitor.shared is None and self._flight is not None:
+            session.follow(self._flight)
+        elif session.viewer.camera != visitor.shared:
+            self._flight = session.still_flight
+            for other in self._visitors:
+                if other is not visitor and other.session is not None and other.shared is not None:
+                    other.session.follow(self._flight)
+                    other.shared = other.session.viewer.camera
+        visitor.shared = session.viewer.camera
 
     def _guarded(self, visitor: Visitor, act: Callable[[], bool | None]) -> bool:
         try:

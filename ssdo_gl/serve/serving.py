@@ -79,7 +79,11 @@ def serve_scene(
         (where.host or "").encode("idna")
     except UnicodeError:
         raise SettingError(f"--host {shown(where.host)}: no machine is called that") from None
-    renderer = RenderThread(_Viewers(scene, settings, camera, options), backend)
+    renderer = RenderThread(
+        _Viewers(scene, settings, camera, options),
+        backend,
+        shares_camera=where.viewers == "shared",
+    )
     renderer.start()
 
     def say(address: str) -> None:

@@ -302,6 +302,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.HOME: _home,
     Command.NEXT_CAMERA: _next_camera,
     Command.PROJECT: _project,
+    Command.COLLIDE: lambda viewer, host, number: viewer.toggle_collisions(),
     Command.VIEW: _show_image,
     Command.NEXT_METHOD: _method(1),
     Command.PREVIOUS_METHOD: _method(-1),

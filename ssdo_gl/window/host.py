@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +31,8 @@ class WindowHost(Host):
         The panel and all else that is drawn over the picture; None: there is none.
     title : str
         Of the window.
+    reload : callable
+        Compiles shaders that have changed.
     """
 
     def __init__(
@@ -41,6 +44,7 @@ class WindowHost(Host):
         self._picture = PictureJob(viewer)
         self._scene_watch = FileWatch()
         self.title = title
+        self.reload: Callable[[], None] = lambda: None
         self._window = window
         self._viewer = viewer
         self._input = input_map
@@ -50,6 +54,7 @@ class WindowHost(Host):
             Command.TOGGLE_PANEL: partial(self._toggle, "shows_panel"),
             Command.TOGGLE_HELP: partial(self._toggle, "shows_help"),
             Command.RELEASE: self._let_go,
+            Command.RELOAD: lambda: self.reload(),
             Command.OPEN: self._ask_for_file,
             Command.SAVE_PICTURE: self._ask_for_picture,
             Command.EXPORT: film.toggle,

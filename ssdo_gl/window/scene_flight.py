@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light_edits import with_added_light, without_light
 from ssdo_gl.scene.lights import Light
@@ -17,8 +19,10 @@ from ssdo_gl.scene.material_edits import with_edited
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import Clock
 from ssdo_gl.window.camera import (
+    KEEP_AWAY,
     Controls,
     Flight,
+    Obstacles,
     Tour,
     advance,
     jump_to,
@@ -60,7 +64,7 @@ class SceneFlight:
     # All that a file or a key may change, for a way back.
     _STATE: tuple[str, ...] = (
         *("source", "loaded", "original", "scene", "lights", "lights_on", "bounds"),
-        *("fit_bounds", "diagonal", "flight", "clock", "tour", "material"),
+        *("fit_bounds", "diagonal", "flight", "clock", "tour", "material", "_obstacles"),
     )
 
     def __init__(self, folder: Path) -> None:
@@ -84,6 +88,7 @@ class SceneFlight:
         # Of the file's cameras the last one that was asked for.
         self.camera_number = places.index(own) if own in places else -1
         self.clock = Clock.of(scene.moves)
+        self._obstacles: Obstacles | None = None
         self.tour = Tour(views_file(source, self.folder), scene.camera)
         if self.tour.fault:
             self.say(self.tour.fault, is_fault=True)
@@ -128,6 +133,23 @@ class SceneFlight:
         """The camera of the next frame."""
         return self.tour.camera() or self.flight.camera()
 
+    @property
+    def collides(self) -> bool:
+        """Whether the camera is kept out of walls."""
+        return self._obstacles is not None
+
+    def toggle_collisions(self) -> None:
+        """Keep the camera out of walls, as they stand now, or no longer."""
+        if self._obstacles is not None:
+            self._obstacles = None
+            self.say("flies through walls")
+            return
+        try:
+            self._obstacles = Obstacles(scene_at(self.scene, self.clock.seconds))
+            self.say("stops at walls")
+        except ValueError as error:
+            self.say(str(error), is_fault=True)
+
     def fly(self, controls: Controls, seconds: float, clearance: float | None) -> None:
         """Let the camera move, by hand or along the path that is played.
 
@@ -141,9 +163,14 @@ class SceneFlight:
             if not controls.is_idle or self.tour.has_ended:
                 self.stop_path()
             return
-        self.flight = advance(self.flight, controls, seconds, clearance)
+        before = self.flight
+        self.flight = advance(before, controls, seconds, clearance)
         if controls.speed:
             self._say_speed()
+        if self._obstacles is not None and self.flight.position != before.position:
+            keep_away = KEEP_AWAY * self.diagonal
+            place = self._obstacles.moved(before.position, self.flight.position, keep_away)
+            self.flight = dataclasses.replace(self.flight, position=place)
         self.tour.record(seconds, self.flight.camera())
 
     def _say_speed(self) -> None:

@@ -9,12 +9,14 @@ from collections import deque
 
 import glfw
 
+from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.window.events import PANEL_FRAMES, Events
 from ssdo_gl.window.film import FilmExport, Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.host import NO_PANEL, WindowHost
 from ssdo_gl.window.input import combined
 from ssdo_gl.window.kept_files import usual_file
+from ssdo_gl.window.opening import ShaderWatch, shader_folder
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop
 
@@ -39,12 +41,14 @@ class Session(ViewerLoop):
         super().__init__(viewer)
         self._window = window
         self._input.cursor_jumped(*window.cursor)
+        self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
         self._film = FilmExport(self._viewer)
         self._gave_up = False
         self._waits_since = 0.0
         self._showing_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._drawn_at = self._draw_seconds = 0.0
         self._host = WindowHost(window, viewer, self._input, self._film, title)
+        self._host.reload = self._reload_shaders
         self._make_overlay()
         viewer.stretches = True
         self._events = Events(window, viewer, self._input, self._host, self._host.overlay)
@@ -95,7 +99,7 @@ class Session(ViewerLoop):
         if min(self._window.pixels) < 1:
             return bool(self._events.pending)
         return bool(
-            self._viewer.is_busy
+            (self._viewer.is_busy and not self._is_broken)
             or self._events.pending
             or self._events.panel_frames > 0
             or self._input.is_holding
@@ -119,6 +123,8 @@ class Session(ViewerLoop):
         self._hide_cursor()
         controls = self._input.take(since, now, sizes[0][1])
         self._events.has_input = self._events.wants_release = False
+        if self._shader_watch.poll():
+            self._after_reload()
         if self._film.is_busy:
             drew = self._film.step(self._interrupt_film)
         else:
@@ -197,3 +203,26 @@ class Session(ViewerLoop):
         glfw.poll_events()
         if self._events.wants_release or self._window.should_close:
             raise Interrupted
+
+    # --- shaders -------------------------------------------------------------------
+
+    def _show_broken(self, error: ShaderError) -> None:
+        self._show_faults((*self._shader_watch.faults, str(error)))
+
+    def _reload_shaders(self) -> None:
+        self._shader_watch.reload()
+        self._after_reload()
+
+    def _after_reload(self) -> None:
+        self._is_broken = False
+        self._viewer.restart()
+        self._show_faults(self._shader_watch.faults)
+        if not self._shader_watch.faults:
+            self._viewer.say("shaders are up to date")
+
+    def _show_faults(self, faults: tuple[str, ...]) -> None:
+        self._events.panel_frames = PANEL_FRAMES
+        if self._host.overlay is not None:
+            self._host.overlay.show_faults(faults)
+        for fault in faults:
+            print(f"ssdo-gl: {fault}", file=sys.stderr)

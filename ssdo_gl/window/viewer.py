@@ -188,6 +188,13 @@ class Viewer(Canvas):
         """Note that something has changed: draw fluidly first, refine later."""
         self._still_s = 0.0
 
+    def restart(self) -> None:
+        """Draw everything anew: shaders have changed."""
+        for side in self._sides:
+            side.image.renderer.forget()
+            side.image.restart()
+        self.touch()
+
     @property
     def is_moving(self) -> bool:
         """Whether this frame shows something else than the last one."""
@@ -209,6 +216,7 @@ class Viewer(Canvas):
             or not self._sides
             or not self.is_resting
             or not all(side.is_done for side in self._sides)
+            or self.monitor.is_due
         )
 
     # --- frames --------------------------------------------------------------------
@@ -252,7 +260,7 @@ class Viewer(Canvas):
             self._shown = shown
         is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]
-        self.monitor.look(images, self.view, is_finished=is_finished)
+        self.monitor.look(images, self.view, drew=drew, is_finished=is_finished)
         self._keep_planes(drew, self.is_resting)
         # As it was at the beginning: in between, others may have been chosen.
         self._drawn_state = state

@@ -7,6 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
+from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import Events
 from ssdo_gl.window.film import Interrupted
@@ -34,6 +35,7 @@ class ViewerLoop(ABC):
     def __init__(self, viewer: Viewer, clock: Callable[[], float] = time.perf_counter) -> None:
         self._viewer = viewer
         self._input = InputMap(clock)
+        self._is_broken = False
 
     def _perform_pending(self, *, draws: bool) -> None:
         """Do what events have asked for, once there is a picture that it may be about.
@@ -41,16 +43,23 @@ class ViewerLoop(ABC):
         After a frame that was given up there is none; the next one is coarse, and comes
         whatever happens. `draws`: whether a next one comes at all.
         """
-        if draws and not self._viewer.has_drawing:
+        if draws and not self._is_broken and not self._viewer.has_drawing:
             self._viewer.touch()
             return
         self._events.perform(waits=draws)
 
     def _render(self, controls: Controls, seconds: float, size: tuple[int, int]) -> bool:
         """Let the viewer draw; return whether there is another picture."""
+        if self._is_broken:
+            return False
         try:
             return self._viewer.frame(controls, seconds, size, self._between_slices)
         except Interrupted:
+            return False
+        except ShaderError as error:
+            # A variant that was never compiled has no last good version.
+            self._is_broken = True
+            self._show_broken(error)
             return False
         # What a file, a preset or a flight has led to: go back to where it worked.
         except Exception as error:
@@ -64,3 +73,7 @@ class ViewerLoop(ABC):
     @abstractmethod
     def _between_slices(self, what: str, done: int, total: int) -> None:
         """Hear of events while a frame is in the making; raise `Interrupted` for a better one."""
+
+    @abstractmethod
+    def _show_broken(self, error: ShaderError) -> None:
+        """Say why nothing can be drawn any more."""

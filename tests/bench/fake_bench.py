@@ -10,7 +10,7 @@ from image_bytes import plain_png
 
 from ssdo_gl.bench import analysis
 from ssdo_gl.bench.analysis import ReferenceSummary, Result
-from ssdo_gl.bench.bench_data import Bench, Picture
+from ssdo_gl.bench.bench_data import Bench, Picture, Series
 from ssdo_gl.bench.measure import points
 from ssdo_gl.bench.measure.errors import Judged, Scalars
 from ssdo_gl.bench.measure.panels import error_panels
@@ -53,7 +53,7 @@ def blocks(point: Point, panel: str, rng: np.random.Generator) -> tuple[BlockErr
     errors = BlockErrors(
         mean_square * 100.0, 0.3 * floor * np.ones((2, 80)) * 100.0, 0.5 * pixels, pixels
     )
-    extra = {"rel_mse": 0.1 * floor, "ssim": 0.9, "flip_ldr": 0.05}
+    extra = {"rel_mse": 0.1 * floor, "ssim": 0.9, "flip_ldr": 0.05, "flip_hdr": 0.07}
     parts = {"directional": floor, "bounce": 2 * floor} if panel == "near" else {}
     return errors, Scalars(noise, floor, **extra, parts=parts)
 
@@ -96,6 +96,12 @@ def bench(**changes: Any) -> Bench:
         panel.name: ReferenceSummary(panel.name, panel.method, 4096, 16, 60.0, 0.004, 0.05, 0.045)
         for panel in error_panels()
     }
+    series = [
+        Series("samples", "depth reads per pixel", (8.0, 16.0, 32.0, 64.0),
+               {"estimators": (2.0, 4.1, 8.0, 16.2), "g-buffer": (1.0, 1.0, 1.1, 1.0)}),
+        Series("triangles", "triangles", (400.0, 4e3, 4e4, 4e5),
+               {"estimators": (8.0, 8.1, 8.0, 8.2), "g-buffer": (1.7, 2.3, 9.0, 55.0)}),
+    ]  # fmt: skip
     splits = {
         r.point.key: (("gbuffer", 1.2), ("bounce", 5.0), ("bounce_filter", 1.0)) for r in found
     }
@@ -117,6 +123,7 @@ def bench(**changes: Any) -> Bench:
         results=found,
         references=references,
         recommendation=analysis.recommend(found),
+        series=series,
         splits=splits,
         pictures=pictures(),
         notes=("a note with <angle> brackets",),

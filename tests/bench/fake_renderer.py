@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +24,10 @@ SCREEN_LOSS, POINT_LOSS = 0.06, 0.1
 # What the near field misses of full transport.
 MODEL_LOSS = 0.2
 CHANNELS = {"beauty": 4, "depth": 1, "visibility": 1}
+
+
+class Interrupted(Exception):
+    """The user pressed Ctrl-C."""
 
 
 def triangle_scene() -> Scene:
@@ -44,17 +50,40 @@ def reference_image(size: tuple[int, int], name: str) -> np.ndarray:
     return image
 
 
-class FakeRenderer:
-    """Renders by formula and counts calls."""
+class MeasuresEach:
+    """What a bench's renderer does with many items."""
 
-    def __init__(self, speed: float = 1.0) -> None:
+    def each(
+        self,
+        measure: Callable[[Any, Any], Any],
+        items: Sequence[Any],
+        *,
+        chunk: int | None = None,
+    ) -> Generator[Any, None, None]:
+        for item in items:
+            yield measure(self, item)
+
+
+class FakeRenderer(MeasuresEach):
+    """Renders by formula and counts calls; raises `Interrupted` after some if told to."""
+
+    def __init__(self, interrupt_after: int | None = None, speed: float = 1.0) -> None:
         self.scene = triangle_scene()
         self.device_name = "fake"
         self.calls: list[tuple[str, Settings]] = []
+        self.interrupt_after = interrupt_after
         self.speed = speed
         self.split_clocks: set[str] = set()
+        self.others: list[Scene] = []
+
+    @contextmanager
+    def of_scene(self, scene: Scene) -> Iterator[FakeRenderer]:
+        self.others.append(scene)
+        yield FakeRenderer()
 
     def _count(self, kind: str, settings: Settings) -> None:
+        if self.interrupt_after is not None and len(self.calls) >= self.interrupt_after:
+            raise Interrupted
         self.calls.append((kind, settings))
 
     def count(self, kind: str) -> int:

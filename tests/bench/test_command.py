@@ -49,7 +49,7 @@ kind = "visibility"
 method = "reference-ao"
 spp = [4, 64]
 """
-PLAN = BenchPlan(2, 2, 2, 20.0, 32)
+PLAN = BenchPlan(2, 2, 2, 20.0, 32, flips=())
 
 
 @pytest.fixture(autouse=True)
@@ -58,6 +58,8 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
+    # Scaling opens scenes of up to 400 000 triangles: not for a test of seconds.
+    monkeypatch.setattr(bench.scaling, "measure_scaling", lambda *arguments: [])
     grid = tmp_path / "grid.toml"
     grid.write_text(GRID)
     outdir = tmp_path / "out"
@@ -104,6 +106,16 @@ def check_commands(found: Bench, tmp_path) -> None:
             assert result.point.wanted[0] in arrays
 
 
+def test_ctrl_c_says_that_the_bench_can_go_on(tmp_path, monkeypatch, capsys):
+    def pressed(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench.BenchRun, "measure", pressed)
+    out = tmp_path / "out"
+    assert main(["corner", "--bench", str(out), "--quiet"]) == 130
+    assert f"{out} keeps what was measured" in capsys.readouterr().err
+
+
 def refused(capsys, arguments: list[str]) -> str:
     assert main(arguments) == 2
     lines = capsys.readouterr().err.strip().splitlines()
@@ -133,9 +145,10 @@ def test_mistakes_are_named(tmp_path, capsys):
 
 
 def test_a_folder_of_the_user_is_left_alone(tmp_path, capsys):
-    (tmp_path / "points.csv").write_text("years of work")
-    assert "holds points.csv" in refused(capsys, ["corner", "--bench", str(tmp_path), "--quick"])
-    assert (tmp_path / "points.csv").read_text() == "years of work"
+    (tmp_path / "errors").mkdir()
+    (tmp_path / "errors" / "mine.txt").write_text("years of work")
+    assert "holds errors" in refused(capsys, ["corner", "--bench", str(tmp_path), "--quick"])
+    assert (tmp_path / "errors" / "mine.txt").read_text() == "years of work"
 
 
 SMALL = ["--size", "48x36", "--antialias", "1"]

@@ -1,4 +1,4 @@
-"""A whole bench without OpenGL: what it finds is what was fake."""
+"""A whole bench without OpenGL: what it finds is what was fake; it can be resumed."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from bench.fake_renderer import (
     READ_NOISE,
     SCREEN_LOSS,
     FakeRenderer,
+    Interrupted,
     reference_image,
 )
 
@@ -27,7 +28,7 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("flip_evaluator")
 
 BASE = Settings(size=(64, 48), radius=0.3, exposure=0.0)
-PLAN = BenchPlan(rounds=2, frames=2, seeds=3, reference_seconds=60.0, batch_spp=512)
+PLAN = BenchPlan(rounds=2, frames=2, seeds=3, reference_seconds=60.0, batch_spp=512, flips=())
 POINTS = [
     Point("radiance", "march", "bounce", "march", 16, 8, 1.0, "none", quick=True),
     Point("radiance", "march", "bounce", "march", 256, 8, 1.0, "none", quick=True),
@@ -50,7 +51,8 @@ def run(tmp_path, renderer: FakeRenderer, monkeypatch, plan: BenchPlan = PLAN) -
 def found(tmp_path_factory) -> Bench:
     """A finished bench that the tests only read."""
     with pytest.MonkeyPatch.context() as monkeypatch:
-        return run(tmp_path_factory.mktemp("found"), FakeRenderer(), monkeypatch)
+        plan = dataclasses.replace(PLAN, flips=("ldr", "hdr"))
+        return run(tmp_path_factory.mktemp("found"), FakeRenderer(), monkeypatch, plan)
 
 
 def level(name: str = "beauty") -> float:
@@ -105,22 +107,76 @@ def test_the_front_is_that_of_the_fake_costs(found):
     assert found.splits.keys() == fronts
 
 
-def test_pictures_are_there(found):
+def test_scaling_and_pictures_are_there(found):
+    assert [series.name for series in found.series] == [
+        "samples",
+        "pixels",
+        "radius",
+        "triangles",
+    ]
+    # Spheres come in whole rings: the counts are close to what is wanted, not equal.
+    assert found.series[3].x[0] == pytest.approx(400, rel=0.1)
+    assert found.series[3].x[-1] == pytest.approx(400_000, rel=0.05)
     assert sum(p.is_reference for p in found.pictures) == 3
     assert any(p.name == POINTS[1].label and p.flip_png for p in found.pictures)
 
 
-def test_flip_is_measured_of_pictures(found):
+def test_flip_is_measured_where_it_was_asked_for(found):
     for result in found.results:
         for verdict in result.verdicts.values():
             assert np.isnan(verdict.scalars.flip_ldr) == (result.point.kind == "visibility")
+    shown = {p.name for p in found.pictures}
+    for result in found.results[:3]:
+        hdr = [v.scalars.flip_hdr for v in result.verdicts.values()]
+        assert all(0.0 < value < 1.0 for value in hdr) == (result.point.label in shown)
 
 
-def test_damaged_references_are_made_again(tmp_path, monkeypatch):
+def test_a_finished_bench_measures_nothing_again(tmp_path, monkeypatch):
+    first = run(tmp_path, FakeRenderer(), monkeypatch)
+    renderer = FakeRenderer(speed=7.0)
+    again = run(tmp_path, renderer, monkeypatch)
+    assert renderer.count("timed") == 0
+    assert again.results[0].timing.frame_ms.value == pytest.approx(
+        first.results[0].timing.frame_ms.value, rel=1e-4
+    )
+    assert [r.verdicts["near"].error for r in again.results if "near" in r.verdicts] == [
+        r.verdicts["near"].error for r in first.results if "near" in r.verdicts
+    ]
+
+
+@pytest.mark.parametrize("calls", [3, 25, 60])
+def test_an_interrupted_bench_ends_like_one_that_was_not(tmp_path, monkeypatch, calls):
+    whole = run(tmp_path / "a", FakeRenderer(), monkeypatch) if make(tmp_path) else None
+    with pytest.raises(Interrupted):
+        run(tmp_path / "b", FakeRenderer(interrupt_after=calls), monkeypatch)
+    resumed = run(tmp_path / "b", FakeRenderer(), monkeypatch)
+    assert whole is not None
+    for one, other in zip(whole.results, resumed.results, strict=True):
+        assert one.verdicts.keys() == other.verdicts.keys()
+        for name, verdict in one.verdicts.items():
+            assert other.verdicts[name].error.value == pytest.approx(verdict.error.value, rel=1e-5)
+
+
+def make(tmp_path) -> bool:
+    for name in "ab":
+        (tmp_path / name).mkdir()
+    return True
+
+
+def test_another_bench_in_the_folder_is_measured_anew(tmp_path, monkeypatch):
+    run(tmp_path, FakeRenderer(), monkeypatch)
+    renderer = FakeRenderer()
+    run(tmp_path, renderer, monkeypatch, dataclasses.replace(PLAN, seeds=2))
+    assert renderer.count("timed") == PLAN.rounds * len(POINTS)
+
+
+def test_damaged_files_are_measured_again(tmp_path, monkeypatch):
     whole = run(tmp_path, FakeRenderer(), monkeypatch)
-    for path in tmp_path.rglob("*.npz"):
+    for path in [*tmp_path.rglob("*.npz"), tmp_path / "out" / "rounds.csv"]:
         path.write_bytes(b"\0damaged\n")
-    again = run(tmp_path, FakeRenderer(), monkeypatch)
+    renderer = FakeRenderer()
+    again = run(tmp_path, renderer, monkeypatch)
+    assert renderer.count("timed") == PLAN.rounds * len(POINTS)
     for one, other in zip(whole.results, again.results, strict=True):
         for name, verdict in one.verdicts.items():
             assert other.verdicts[name].error.value == pytest.approx(verdict.error.value, rel=1e-5)
@@ -163,6 +219,20 @@ def test_a_black_frame_is_refused(tmp_path, monkeypatch):
     renderer.images = no_surface
     with pytest.raises(ValueError, match="no surface"):
         run(tmp_path, renderer, monkeypatch)
+
+
+def test_stored_measurements_are_exact(tmp_path, monkeypatch, found):
+    store = errors.ErrorStore(tmp_path / "store", "key")
+    rng = np.random.default_rng(0)
+    blocks = errors.BlockErrors(*(rng.random((2, 5)) for _ in range(2)), rng.random(5), np.ones(5))
+    scalars = errors.Scalars(0.1, 0.2, parts={"bounce": 0.3}, failures=0)
+    store.save(POINTS[0], {"near": errors.Judged(blocks, scalars)})
+    kept = store.load(POINTS[0])
+    assert kept is not None
+    np.testing.assert_array_equal(kept["near"].blocks.squared, blocks.squared)
+    assert kept["near"].scalars.parts == {"bounce": 0.3}
+    assert store.load(POINTS[1]) is None
+    assert errors.ErrorStore(tmp_path / "store", "other").load(POINTS[0]) is None
 
 
 def test_emitters_and_background_do_not_count():

@@ -1,9 +1,10 @@
-"""Files of a bench are whole, and its own."""
+"""Files of a bench survive interruptions."""
 
 from __future__ import annotations
 
 import hashlib
 import io
+import os
 import random
 import sys
 
@@ -11,6 +12,22 @@ import numpy as np
 import pytest
 
 from ssdo_gl.bench import storage
+
+
+def test_lines_are_appended_and_read_back(tmp_path):
+    path = tmp_path / "rows.csv"
+    assert storage.whole_lines(path) == []
+    storage.append_line(path, "a,1")
+    storage.append_line(path, "b,2")
+    assert storage.whole_lines(path) == ["a,1", "b,2"]
+
+
+def test_a_torn_last_line_is_cut_off_for_good(tmp_path):
+    path = tmp_path / "rows.csv"
+    path.write_bytes(b"a,1\nb,2\nc,")
+    assert storage.whole_lines(path) == ["a,1", "b,2"]
+    storage.append_line(path, "d,4")
+    assert storage.whole_lines(path) == ["a,1", "b,2", "d,4"]
 
 
 def test_a_failed_replacement_keeps_the_old_file(tmp_path):
@@ -121,3 +138,17 @@ def test_nothing_in_a_cache_can_run_code(tmp_path):
 def test_damaged_json_counts_as_none(tmp_path, text):
     (tmp_path / "x.json").write_bytes(text.encode(errors="surrogatepass"))
     assert storage.read_json(tmp_path / "x.json") is None
+
+
+def test_a_line_that_does_not_fit_is_said_and_taken_back(tmp_path, monkeypatch):
+    """A disk that has room for a part of a line takes that part and says nothing."""
+    path = tmp_path / "rows.csv"
+    storage.append_line(path, "a,1")
+    with monkeypatch.context() as full:
+        write = os.write
+        full.setattr(os, "write", lambda handle, data: write(handle, data[:2]))
+        with pytest.raises(storage.BenchError, match=r"rows\.csv: cannot be written: No space"):
+            storage.append_line(path, "b,2")
+    assert path.read_text() == "a,1\n"
+    storage.append_line(path, "c,3")
+    assert storage.whole_lines(path) == ["a,1", "c,3"]

@@ -15,7 +15,7 @@ from farm.film_of_five import FILM, contents
 
 from ssdo_gl.cli import main
 from ssdo_gl.farm import kept_maker, scheduler
-from ssdo_gl.farm.scheduler import FarmError, check_scheduler, mapped
+from ssdo_gl.farm.scheduler import FarmError, check_scheduler, connected, mapped
 from ssdo_gl.scene.scene_error import SceneError
 
 dask = pytest.importorskip("dask")
@@ -85,6 +85,11 @@ def wait_for(told: Callable[[], object]) -> None:
         time.sleep(0.02)
 
 
+def ready(dask_worker: distributed.Worker) -> int:
+    """Return how many tasks a worker would begin next."""
+    return sum(task.state == "ready" for task in dask_worker.state.tasks.values())
+
+
 def test_results_come_in_order_from_makers_that_stay_open(address: str, tmp_path: Path) -> None:
     made = list(mapped(address, Squares, (tmp_path, None), range(100)))
     assert made == [n**2 for n in range(100)]
@@ -141,13 +146,30 @@ def test_workers_that_end_late_hide_nothing(monkeypatch: pytest.MonkeyPatch) -> 
         raise TimeoutError
 
     monkeypatch.setattr(distributed.SpecCluster, "close", closed_late)
-    with pytest.raises(KeyboardInterrupt), scheduler._clients(distributed, "local:1"):
+    with pytest.raises(KeyboardInterrupt), connected("local:1"):
         raise KeyboardInterrupt
 
 
 def test_an_item_that_ends_workers_costs_no_other(address: str, tmp_path: Path) -> None:
     made = list(mapped(address, Fatal, (tmp_path, 5), range(48), lambda item: -item))
     assert made == [-5 if n == 5 else n**2 for n in range(48)]
+
+
+def test_workers_are_at_rest_before_times_are_measured(address: str, tmp_path: Path) -> None:
+    with connected(address) as farm, distributed.Client(address) as client:
+        made = farm.job(Held, (tmp_path, None)).results(range(1_000_000), chunk=1)
+        # An item that waits may stand in the way of an earlier one, where a worker that other
+        # tests have ended is not back yet: no free one is left when the others begin.
+        assert [next(made) for _ in range(Held.FREE)] == list(range(Held.FREE))
+        wait_for(lambda: any(client.run(ready).values()))
+        made.close()
+        wait_for(lambda: not any(client.run(ready).values()))
+        (tmp_path / "go").touch()
+        farm.settle()
+        names = contents(tmp_path)
+    begun = {name[6:] for name in names if name.startswith("begun-")}
+    assert begun == {name[6:] for name in names if name.startswith("ended-")}
+    assert Held.FREE < len(begun) <= Held.FREE + 2, "what was not begun is left"
 
 
 def test_workers_of_another_version_are_refused(
@@ -216,6 +238,11 @@ def test_a_scheduler_that_is_gone_is_said_to_be(tmp_path: Path) -> None:
         (tmp_path / "go").touch()
     with pytest.raises(FarmError, match=r"^the scheduler answers no more$"):
         list(made)
+
+
+def test_standard_input_and_output_stay_here(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["corner", "--snapshot", "-", "--scheduler", "local"]) == 2
+    assert "workers have no standard input or output" in capsys.readouterr().err
 
 
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,6 +71,39 @@ def test_programs_are_compiled_once(library, tmp_path):
     assert library.fullscreen_source(text) is not library.fullscreen_source(text + "\n")
 
 
+def test_reload_takes_edits_also_in_includes(gl, library, tmp_path):
+    (tmp_path / "lib" / "value.glsl").write_text("const float VALUE = 1.0;\n")
+    (tmp_path / "a.frag").write_text(
+        HEAD + '#include "lib/value.glsl"\nvoid main() { o_color = vec4(VALUE); }\n'
+    )
+    program = library.fullscreen("a.frag")
+    linked = program.gl
+    assert library.reload() == []
+    assert program.gl is linked, "nothing changed, so nothing is compiled"
+    assert draw(gl, program)[0] == 1.0
+    (tmp_path / "lib" / "value.glsl").write_text("const float VALUE = 2.0;\n")
+    assert library.reload() == []
+    assert program.gl is not linked
+    assert draw(gl, program)[0] == 2.0
+
+
+def test_reload_keeps_the_last_good_program(gl, library, tmp_path):
+    good = HEAD + "uniform float u_x;\nvoid main() { o_color = vec4(u_x); }\n"
+    (tmp_path / "a.frag").write_text(good)
+    program = library.fullscreen("a.frag")
+    assert draw(gl, program, {"u_x": 3.0})[0] == 3.0
+    (tmp_path / "a.frag").write_text(HEAD + "void main() { o_color = broken; }\n")
+    (fault,) = library.reload()
+    assert "a.frag:3" in str(fault) and "broken" in str(fault)
+    assert draw(gl, program, {"u_x": 4.0})[0] == 4.0
+    (tmp_path / "a.frag").unlink()
+    (fault,) = library.reload()
+    assert 'cannot find the shader "a.frag"' in str(fault)
+    (tmp_path / "a.frag").write_text(good.replace("vec4(u_x)", "vec4(-u_x)"))
+    assert library.reload() == []
+    assert draw(gl, program, {"u_x": 5.0})[0] == -5.0
+
+
 def test_shipped_shaders_are_the_default_root(gl):
     ShaderLibrary(gl).fullscreen_source(
         HEAD + '#include "lib/constants.glsl"\nvoid main() { o_color = vec4(PI); }\n'

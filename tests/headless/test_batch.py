@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from glb_writer import GlbWriter
 
-from ssdo_gl import cli
 from ssdo_gl.cli import main
 from ssdo_gl.farm import scenes
 from ssdo_gl.farm.scenes import Said
@@ -71,6 +70,8 @@ def test_shaders_are_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warm_device, "create_context", lambda b: made.append(b) or create(b))
     assert main(["--batch", "m/*.obj", "--out", "out", *FLAGS, "--quiet"]) == 0
     assert len(made) == 1
+    assert main(["m/big.obj", "m/small.obj", "--snapshot", "{name}.png", *FLAGS, "--quiet"]) == 0
+    assert len(made) == 2
 
 
 def test_a_scene_that_nothing_foresaw_stops_no_other(
@@ -158,15 +159,32 @@ def test_ctrl_c_counts_pictures_that_workers_have_not_told_of(
 
 
 @pytest.mark.parametrize(
-    ("codes", "expected"), [((0, 4, 0), 4), ((4, 2, 0), 2), ((2, 3, 4), 3), ((0, 130, 2), 130)]
+    ("flags", "told"),
+    [
+        ([], "interrupted; of m/small.obj nothing was written\n"),
+        (["--scheduler", "local:1"], "interrupted; 1 of the 2 scenes had been rendered\n"),
+    ],
 )
-def test_the_worst_code_counts(
-    monkeypatch: pytest.MonkeyPatch, codes: tuple[int, ...], expected: int
+def test_ctrl_c_does_not_deny_the_scenes_before(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], flags: list[str], told: str
 ) -> None:
-    left = list(codes)
-    monkeypatch.setattr(cli, "carry_out", lambda *_, **__: left.pop(0))
-    assert main(["--batch", "a", "b", "c", "--out", "out"]) == expected
-    assert len(left) == (1 if expected == 130 else 0)
+    render, drawn = Renderer.render, []
+
+    def pressed(self: Renderer, *arguments: object, **options: object) -> object:
+        drawn.append(1)
+        if len(drawn) > 1:
+            raise KeyboardInterrupt
+        return render(self, *arguments, **options)  # type: ignore[arg-type]
+
+    def early(commands: Sequence[CommandLine], work: object) -> Iterator[Said]:
+        yield Said(0)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Renderer, "render", pressed)
+    monkeypatch.setattr(scenes, "_captured", early)
+    words = ["m/big.obj", "m/small.obj", "--snapshot", "{name}.png", *FLAGS]
+    assert main([*words, *flags]) == 130
+    assert capsys.readouterr().err.endswith(f"ssdo-gl: {told}")
 
 
 def test_ctrl_c_while_a_picture_is_written_leaves_it_whole(

@@ -33,8 +33,9 @@ EXPECTED = {
     modes.LIVE: "temporal",
     frozenset({modes.FILM}): "film path turntable frames_range fps",
     frozenset({modes.BATCH}): "batch out",
-    frozenset({modes.BATCH, modes.FILM}): "resume scheduler",
-    frozenset({modes.SERVE}): "serve host port",
+    frozenset({modes.BATCH, modes.FILM}): "resume",
+    frozenset({modes.BATCH, modes.BENCH, modes.FILM, modes.SNAPSHOT}): "scheduler",
+    frozenset({modes.SERVE}): "serve host port viewers",
 }
 
 

@@ -113,11 +113,11 @@ def test_what_scenes_and_presets_ask_for_are_no_flags(tmp_path):
     write_preset(preset, Settings(samples=4, shadow_rays=2), {})
     out = ["--snapshot", str(tmp_path / "a.png"), "--size", "16x9"]
     assert main([str(scene), *out, "--preset", str(preset), "--method", "direct"]) == 0
-    # Of one scene, its own method counts; of a batch, another's may use the flag.
+    # Of one scene, its own method counts; of several, another may use the flag.
     assert main([str(scene), *out, "--samples", "4"]) == 2
-    batch = ["--batch", "--out", str(tmp_path), "--size", "16x9", "--samples", "4"]
-    assert main([str(scene), "corner", *batch]) == 0
-    assert main([str(scene), "corner", *batch, "--method", "direct"]) == 2
+    several = ["--snapshot", str(tmp_path / "{name}.png"), "--size", "16x9", "--samples", "4"]
+    assert main([str(scene), "corner", *several]) == 0
+    assert main([str(scene), "corner", *several, "--method", "direct"]) == 2
 
 
 def test_what_a_scene_says_of_shadows_counts():

@@ -265,7 +265,7 @@ def turn(page: Any) -> None:
     rest(page)
 
 
-def test_two_pages_have_cameras_of_their_own(page, served, tmp_path):
+def test_two_pages_have_cameras_of_their_own_until_they_share_one(page, served, tmp_path):
     other = page.context.browser.new_page(viewport={"width": 320, "height": 180})
     other.set_default_timeout(120_000)
     other.goto(served.address)
@@ -275,4 +275,13 @@ def test_two_pages_have_cameras_of_their_own(page, served, tmp_path):
     assert np.abs(canvas(page) - canvas(other)).max() > 20
     for number, either in enumerate((page, other)):
         assert is_a_snapshot(either, tmp_path / f"{number}.png")
+        either.check("#shared_camera")
+        either.wait_for_timeout(1000)
+    rest(other)
+    assert np.abs(canvas(page) - canvas(other)).max() <= ROUNDING
+    turn(other)
+    page.wait_for_timeout(500)
+    rest(page)
+    assert np.abs(canvas(page) - canvas(other)).max() <= ROUNDING
+    assert is_a_snapshot(page, tmp_path / "shared.png")
     other.close()

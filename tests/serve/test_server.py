@@ -162,6 +162,36 @@ def key(code: str, *, down: bool) -> dict[str, Any]:
     return {"type": "key", "code": code, "down": down, "repeat": False, "mods": 0}
 
 
+def test_who_shares_a_camera_sees_where_others_have_gone(renderer, monkeypatch):
+    monkeypatch.setattr(renderer, "_shares_camera", True)
+    home = load_scene("corner").camera
+
+    async def act(client):
+        first, second = await visit(client), await visit(client)
+        for socket in (first, second):
+            assert (await look(socket)).states[-1]["shared_camera"]
+        for down in (True, False):
+            await first.send_json(key("ArrowLeft", down=down))
+        moved = [(await look(socket)).pictures[-1] for socket in (first, second)]
+        assert np.array_equal(*moved)
+        third = await visit(client)
+        assert np.array_equal((await look(third)).pictures[-1], moved[0])
+        cameras = [visitor.session.viewer.camera for visitor in renderer._visitors]
+        assert cameras == [cameras[0]] * 3 and cameras[0] != home
+        # One goes a way of their own, and comes back to the others.
+        await second.send_json({"type": "choose", "what": "shared_camera", "value": False})
+        await second.send_json(key("Home", down=True))
+        assert np.abs((await look(second)).pictures[-1].astype(int) - moved[1]).max() > 0
+        assert [v.session.viewer.camera == cameras[0] for v in renderer._visitors] == [1, 0, 1]
+        await second.send_json({"type": "choose", "what": "shared_camera", "value": True})
+        assert np.array_equal((await look(second)).pictures[-1], moved[0])
+        for socket in (first, second, third):
+            await socket.close()
+
+    with_client(renderer, act)
+    renderer._flight = None
+
+
 def test_who_moves_shares_the_time_of_a_frame(renderer):
     async def act(client):
         first, second = await visit(client), await visit(client)

@@ -42,6 +42,19 @@ def view(size):
     return FrameView(size, np.zeros(3), np.eye(3), TAN, 0.1, 100.0)
 
 
+def test_texels_that_are_not_finite_are_counted_by_block(gl, shaders):
+    image = np.random.default_rng(1).normal(size=(7, 10, 4)).astype(np.float32) * 1e30
+    image[0, 0, 0] = np.nan
+    image[1, 2, 3] = np.inf
+    image[6, 9] = -np.inf  # in the corner block of one by three texels
+    image[3, 3, 1] = image[3, 3, 2] = np.nan  # two channels of one texel
+    program = shaders.fullscreen("window/count_non_finite.frag", {"BLOCK": 4})
+    found = drawn(gl, program, (3, 2), {"image": image}, components=1)[..., 0]
+    for row, column, block in blocks(~np.isfinite(image).all(axis=-1), 4):
+        assert found[row, column] == block.sum()
+    assert found.sum() == 4
+
+
 @pytest.mark.parametrize("channels", [1, 3, 4])
 def test_halves_of_the_samples_are_compared_by_block(gl, shaders, channels):
     """Also where the squares of differences leave float32."""

@@ -7,11 +7,9 @@ import math
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera import fly_camera
 from ssdo_gl.window.camera.controls import Controls
@@ -57,10 +55,7 @@ def test_ten_minutes_of_flight(gl, device: Device, make_viewer, scene: str) -> N
         if frame % 1000 == 999:
             viewer.flight = fly_camera.go_home(viewer.flight)
         viewer.frame(controls(frame), FRAME_S, size)
-        if frame % 30 == 0:
-            image = viewer.left.image
-            texture = image.drawing.planes[image.shows.image].texture
-            assert texture is None or np.isfinite(read_texture(texture)).all(), frame
+        assert viewer.monitor.alarm is None, f"non-finite pixels in frame {frame}"
         if frame % 100 == 0:
             assert device.gl.error == "GL_NO_ERROR", f"OpenGL error by frame {frame}"
         if frame == minute:

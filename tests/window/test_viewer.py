@@ -30,6 +30,7 @@ def test_comes_to_rest_and_then_draws_nothing(gl, viewer) -> None:
     assert before.std() > 10.0
     assert not viewer.frame(Controls(), FRAME_S, SIZE)
     assert np.array_equal(viewer.presenter.pixels(), before)
+    assert viewer.monitor.alarm is None
 
 
 def test_all_light_on_a_translucent_surface_comes_to_rest(gl, make_viewer, tmp_path) -> None:
@@ -205,6 +206,22 @@ def test_error_against_a_reference_runs_along_with_its_rays(gl, viewer) -> None:
     assert running[min(running)] > viewer.monitor.error > 0.0
 
 
+def test_value_that_is_not_finite_raises_the_alarm(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, aov="direct")
+    settle(viewer)
+    texture = viewer.left.image.last_plane.texture
+    values = np.zeros((*SIZE[::-1], 4), np.float32)
+    values[3, 5] = np.nan
+    texture.write(values.tobytes())
+    viewer.monitor.is_due = True
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    assert viewer.monitor.alarm is not None
+    assert viewer.monitor.alarm.count == 1
+    viewer.restart()
+    settle(viewer)
+    assert viewer.monitor.alarm is None
+
+
 def test_divider_is_grabbed_where_it_is() -> None:
     view = View(is_split=True, divider=0.25)
     assert divider_hit(view, 102.0, 400.0)
@@ -260,6 +277,20 @@ def test_near_a_wall_the_same_key_goes_less_far(gl, viewer) -> None:
         return float(np.linalg.norm(viewer.camera.position - before))
 
     assert step_from((0.5, 0.6, -0.95)) < 0.5 * step_from((0.0, 0.0, 3.6))
+
+
+def test_collisions_keep_the_camera_in_the_room(gl, viewer) -> None:
+    viewer.settings = dataclasses.replace(viewer.settings, method="direct")
+    viewer.choose_method("direct")
+    assert not viewer.collides
+    ask(viewer, Command.COLLIDE)
+    for _ in range(150):
+        viewer.frame(Controls(move=(0.1, 0.0, 1.0), fast=True), FRAME_S, SIZE)
+    assert viewer.camera.position[2] > -1.0
+    ask(viewer, Command.COLLIDE)
+    for _ in range(30):
+        viewer.frame(Controls(move=(0.0, 0.0, 1.0), fast=True), FRAME_S, SIZE)
+    assert viewer.camera.position[2] < -1.0
 
 
 def test_carousel_runs_stops_and_steps(gl, make_viewer) -> None:

@@ -140,7 +140,7 @@ def test_at_rest_it_sleeps_and_without_focus_it_stops(app: App) -> None:
     before = app.cpu_seconds()
     time.sleep(3.0)
     used = app.cpu_seconds() - before
-    # Awake twice a second to look for a changed scene; a busy loop would use all of it.
+    # Awake twice a second to look for changed shaders; a busy loop would use all of it.
     assert used < 0.6, f"{used:.2f} s of processor time in 3 s of rest"
 
     app.server.do("keydown", "w")

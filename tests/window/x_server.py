@@ -21,7 +21,7 @@ DEADLINE_SECONDS = 240.0
 # The program wakes up twice a second at rest; in this long one sees that it does no more.
 STILL_SECONDS = 0.6
 _LOOK_SECONDS = 0.02
-# How much of that time a thread of it may want a processor: to look for a changed scene.
+# How much of that time a thread of it may want a processor: to look for changed shaders.
 STILL_SHARE = 0.15
 
 

@@ -217,15 +217,16 @@ def write(
     plan: TablePlan,
     device: Device,
     progress: StageProgress,
+    scheduler: str | None = None,
 ) -> list[dict[str, Any]]:
     """Measure, write the three files and return the rows of the first."""
     outdir.mkdir(parents=True, exist_ok=True)
-    views, how = measure(subjects, plan, device, progress)
+    views, how = measure(subjects, plan, device, progress, scheduler)
     rows = list(csv_rows(views))
     replace_file(outdir / "estimators.csv", csv_bytes(rows))
     width, height = next(iter(subjects.values()))[1].size
     conditions = f"{device.renderer}; {width}x{height}; {', '.join(subjects)}; "
-    conditions += f"{plan.seeds} seeds; {how}"
+    conditions += "; ".join([f"{plan.seeds} seeds", *how])
     sections = list(sections_of(views, plan))
     lines = [line for s in sections for line in (f"### {s.title}", "", *table(s.rows), "")]
     replace_file(outdir / "estimators.md", "\n".join([conditions, "", *lines]).encode())
@@ -242,6 +243,7 @@ def run_estimators(
     scene: Scene,
     camera: Camera | None,
     backend: str,
+    scheduler: str | None,
     command: str,
     quiet: bool,
 ) -> None:
@@ -249,7 +251,7 @@ def run_estimators(
 
     Raises
     ------
-    BenchError, MissingLibraryError, ContextError
+    BenchError, FarmError, MissingLibraryError, ContextError
     """
     if settings.radius not in (None, scene.render.get("radius")):
         pixels = ", ".join(f"{radius:g}" for radius in RADII_PX)
@@ -262,7 +264,7 @@ def run_estimators(
     try:
         with stage_progress(quiet=quiet) as progress:
             plan = QUICK if quick else TablePlan()
-            write(outdir, {scene_source: (scene, settings)}, plan, device, progress)
+            write(outdir, {scene_source: (scene, settings)}, plan, device, progress, scheduler)
     finally:
         device.release()
     if not quiet:

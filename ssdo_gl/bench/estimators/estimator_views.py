@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.bench.bench_workers import spread
 from ssdo_gl.bench.measure import (
     CLOCK_NAMES,
     BenchRenderer,
@@ -163,20 +164,22 @@ def _normalised(
     return dataclasses.replace(reference, images=images, variance=variance), level
 
 
-def _point_errors(
-    renderer: BenchRenderer,
-    point: Point,
-    base: Settings,
-    quantity: Quantity,
-    reference: Reference,
-    level: float,
-    mask: Mask,
-    seeds: int,
-) -> Judged:
-    """Return the errors of a point against a reference that is divided by `level`."""
-    renderings = render_seeds(renderer, point, base, seeds, (quantity.aov,))
-    images = [quantity.normalised(image, level) for image in renderings]
-    return judge(quantity.panel, images, reference, mask, 0.0)
+@dataclass(frozen=True, eq=False)
+class _PointErrors:
+    """Measures the errors of a point; plain data, which workers get."""
+
+    base: Settings
+    quantity: Quantity
+    reference: Reference
+    level: float
+    mask: Mask
+    seeds: int
+
+    def __call__(self, renderer: BenchRenderer, point: Point) -> Judged:
+        aov = self.quantity.aov
+        seeds = render_seeds(renderer, point, self.base, self.seeds, (aov,))
+        images = [self.quantity.normalised(image, self.level) for image in seeds]
+        return judge(self.quantity.panel, images, self.reference, self.mask, 0.0)
 
 
 def errors_in(
@@ -197,10 +200,9 @@ def errors_in(
         if found is None:
             continue
         reference, level = found
-        for point in points_of(plan, quantity):
-            judged[point] = _point_errors(
-                renderer, point, base, quantity, reference, level, mask, plan.seeds
-            )
+        judging = _PointErrors(base, quantity, reference, level, mask, plan.seeds)
+        points = points_of(plan, quantity)
+        judged.update(zip(points, renderer.each(judging, points), strict=True))
     return judged
 
 
@@ -229,10 +231,14 @@ def measure(
     plan: TablePlan,
     device: Device,
     progress: StageProgress,
-) -> tuple[ViewTable, str]:
-    """Return every view's measurements, and how they were made, in words."""
+    scheduler: str | None = None,
+) -> tuple[ViewTable, list[str]]:
+    """Return every view's measurements, and how they were made, in words.
+
+    Workers of `scheduler`, if any, make errors; times are measured here, after them.
+    """
     views: dict[tuple[str, float], Mapping[Point, Measured]] = {}
-    how = ""
+    how: list[str] = []
     for name, (scene, settings) in subjects.items():
         with Renderer(scene, settings, device=device) as r:
             clock = trusted_clock(describe_machine(device, r.timer_kind, ""))
@@ -243,11 +249,15 @@ def measure(
                 raise BenchError("the camera sees no surface: there is nothing to measure")
             unit = unit_px(renderer, base, mask)
             bases = {px: dataclasses.replace(base, radius=px / unit) for px in plan.radii_px}
+            judged = {}
+            with spread(renderer, scheduler) as (maker, sentence):
+                for radius_px, at in bases.items():
+                    progress.say(f"{name}, R of {radius_px:g} px")
+                    judged[radius_px] = errors_in(maker, at, radius_px, plan)
             for radius_px, at in bases.items():
-                progress.say(f"{name}, R of {radius_px:g} px")
-                judged = errors_in(renderer, at, radius_px, plan)
-                views[name, radius_px] = with_times(renderer, judged, at, plan, clock)
-            how = f"{plan.rounds} rounds by {CLOCK_NAMES[clock]}"
+                progress.say(f"{name}, R of {radius_px:g} px, times")
+                views[name, radius_px] = with_times(renderer, judged[radius_px], at, plan, clock)
+            how = [f"{plan.rounds} rounds by {CLOCK_NAMES[clock]}", *filter(None, [sentence])]
     if not any(views.values()):
         raise BenchError("nothing in view blocks anything: every estimator is exact, and none runs")
     return views, how

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.measure.errors import (
+    ERROR_FORMAT,
+    ErrorStore,
     Judged,
     Scalars,
     color,

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
+ItemT = TypeVar("ItemT")
+ResultT = TypeVar("ResultT")
 Images = Mapping[str, NDArray[np.float32]]
 
 
@@ -49,10 +55,35 @@ class BenchRenderer:
         self.device_name = renderer.device.renderer
         self.scene = renderer.scene
 
+    @contextmanager
+    def of_scene(self, scene: Scene) -> Iterator[BenchRenderer]:
+        """Yield a renderer of another scene on the same device."""
+        with Renderer(scene, device=self.device) as renderer:
+            yield BenchRenderer(renderer)
+
     def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
         """Return the images `wanted`, rendered once."""
         self.renderer.use(settings)
         return self.renderer.render(wanted).whole().images
+
+    def each(
+        self,
+        measure: Callable[[BenchRenderer, ItemT], ResultT],
+        items: Sequence[ItemT],
+        *,
+        chunk: int | None = None,
+    ) -> Generator[ResultT, None, None]:
+        """Yield ``measure(renderer, item)`` of each item in their order, when asked for it.
+
+        Parameters
+        ----------
+        measure : callable
+            Can be pickled; what it returns depends on nothing else.
+        chunk : int or None
+            Where workers do it, how many items each takes at a time.
+        """
+        for item in items:
+            yield measure(self, item)
 
     def why_spared(self, settings: Settings, effect: str) -> str | None:
         """Return why the plan of a picture spares `effect`; None where it does not."""
@@ -83,3 +114,10 @@ class BenchRenderer:
         self.renderer.timer.clock = time.process_time if clock == "process" else time.perf_counter
         result = self.renderer.render(wanted, frames=max(frames, 2), time_passes=True).whole()
         return tuple((row.name, row.gpu_ms) for row in result.passes if row.gpu_ms is not None)
+
+
+def images_of_seed(
+    renderer: BenchRenderer, seed: int, settings: Settings, wanted: Sequence[str]
+) -> Images:
+    """Return the images `wanted` with another seed than that of `settings`."""
+    return renderer.images(dataclasses.replace(settings, seed=seed), wanted)

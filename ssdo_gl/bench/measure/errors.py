@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images, images_of_seed
 from ssdo_gl.bench.measure.panels import ErrorPanel
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.measure.reference_cache import Reference
-from ssdo_gl.bench.statistics import BlockErrors, decompose, flip_ldr, srgb_of, ssim
+from ssdo_gl.bench.statistics import BlockErrors, decompose, flip_hdr, flip_ldr, srgb_of, ssim
+from ssdo_gl.bench.storage import load_arrays, save_arrays
 from ssdo_gl.images.error import Mask, mean_level, relative_mse, relative_rmse
 from ssdo_gl.settings import Settings
+
+# Raised whenever the content of a stored measurement changes.
+ERROR_FORMAT = 3
+_BLOCK_ARRAYS = ("squared", "signed", "reference", "pixels")
 
 
 @dataclass(frozen=True)
@@ -31,7 +39,7 @@ class Scalars:
     own_bias : float
         The expectation against that of the converged march, which has seen all that the
         screen shows: what better settings would mend. NaN for rays.
-    rel_mse, ssim, flip_ldr : float
+    rel_mse, ssim, flip_ldr, flip_hdr : float
         Of the first seed, exposed; NaN where not measured.
     parts : dict of str to float
         Error of further AOVs (relative RMSE).
@@ -45,6 +53,7 @@ class Scalars:
     rel_mse: float = math.nan
     ssim: float = math.nan
     flip_ldr: float = math.nan
+    flip_hdr: float = math.nan
     parts: dict[str, float] = field(default_factory=dict)
     failures: int = 0
 
@@ -91,13 +100,13 @@ def judge(
     reference: Reference,
     mask: Mask,
     exposure_ev: float,
+    flips: Sequence[str] = (),
     limit: Reference | None = None,
-    *,
-    with_flip: bool = False,
 ) -> Judged:
     """Hold renderings of one point (one per seed) to the reference of `panel`.
 
-    `limit` is the converged march.
+    `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``; `limit` is the
+    converged march.
     """
     name = panel.aov
     images = [color(rendering[name]) for rendering in renderings]
@@ -117,7 +126,7 @@ def judge(
     }
     extra: dict[str, float] = {}
     if panel.is_picture:
-        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, with_flip)
+        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
     own_bias = math.nan
     if limit is not None:
         own_bias = decompose(
@@ -140,17 +149,19 @@ def picture_metrics(
     variance: NDArray[np.float32],
     mask: Mask,
     exposure_ev: float,
-    with_flip: bool,
+    flips: Sequence[str],
 ) -> dict[str, float]:
-    """Return relMSE, SSIM and, if it is wanted, the mean FLIP of a picture."""
+    """Return relMSE, SSIM and the FLIP means that are wanted of a picture."""
     gain = np.float32(2.0**exposure_ev)
     shown, wanted = srgb_of(image, exposure_ev), srgb_of(reference, exposure_ev)
     result = {
         "rel_mse": relative_mse(image * gain, reference * gain, mask, variance * gain**2),
         "ssim": ssim(shown, wanted, mask),
     }
-    if with_flip:
+    if "ldr" in flips:
         result["flip_ldr"] = flip_ldr(shown, wanted, mask).mean
+    if "hdr" in flips:
+        result["flip_hdr"] = flip_hdr(image, reference, mask, exposure_ev).mean
     return result
 
 
@@ -159,7 +170,53 @@ def render_seeds(
 ) -> list[Images]:
     """Return the images of `point` for each of `seeds` seeds."""
     settings = point.settings(base)
-    return [
-        renderer.images(dataclasses.replace(settings, seed=base.seed + number), wanted)
-        for number in range(seeds)
-    ]
+    measure = partial(images_of_seed, settings=settings, wanted=wanted)
+    return list(renderer.each(measure, range(base.seed, base.seed + seeds), chunk=1))
+
+
+class ErrorStore:
+    """Measurements on disk, one file a point, so that a sweep can be resumed.
+
+    Parameters
+    ----------
+    key : str
+        Identifies scene, settings and references; files of another key do not count.
+    """
+
+    def __init__(self, folder: Path, key: str) -> None:
+        self.folder = folder
+        self.key = key
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def path(self, point: Point) -> Path:
+        """Return the file of `point`."""
+        return self.folder / f"{point.key}.npz"
+
+    def save(self, point: Point, judged: Mapping[str, Judged]) -> None:
+        """Write the measurements of `point`, by panel name."""
+        arrays: dict[str, NDArray[np.float64]] = {}
+        meta: dict[str, Any] = {"key": self.key, "format": ERROR_FORMAT, "panels": {}}
+        for name, item in judged.items():
+            meta["panels"][name] = dataclasses.asdict(item.scalars)
+            for part in _BLOCK_ARRAYS:
+                arrays[f"{name}:{part}"] = getattr(item.blocks, part)
+        save_arrays(self.path(point), meta, arrays)
+
+    def load(self, point: Point) -> dict[str, Judged] | None:
+        """Return the measurements of `point`; None if there are none that count."""
+        found = load_arrays(self.path(point))
+        if found is None:
+            return None
+        meta, arrays = found
+        if meta.get("key") != self.key or meta.get("format") != ERROR_FORMAT:
+            return None
+        return {
+            name: Judged(
+                BlockErrors(
+                    **{part: arrays[f"{name}:{part}"] for part in _BLOCK_ARRAYS},
+                    failures=scalars["failures"],
+                ),
+                Scalars(**scalars),
+            )
+            for name, scalars in meta["panels"].items()
+        }

@@ -10,14 +10,16 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, images_of_seed
 from ssdo_gl.bench.measure.fingerprints import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.storage import (
     BenchError,
@@ -37,6 +39,7 @@ REFERENCE_FORMAT = 2
 FIRST_SEED = 1_000_003
 # A variance needs two.
 MIN_BATCHES = 2
+MAX_BATCHES = 1_000_000
 # Settings that change what a reference converges to.
 _RELEVANT = ("method", "size", "spp", "shadows", "combine", "effects", "overrides")
 _RELEVANT_NEAR = ("radius",)
@@ -238,22 +241,24 @@ def obtain(
     spent, start = float(meta["seconds"]), time.perf_counter()
     spp = int(meta["spp"])
     reference = kept.reference(spp, spent)
-    while not goal.reached(reference, mask):
-        elapsed = time.perf_counter() - start
-        if kept.count >= MIN_BATCHES and elapsed >= goal.max_seconds:
-            break
-        own = dataclasses.replace(traced, seed=FIRST_SEED + kept.count)
-        kept.add(renderer.images(own, aovs))
-        spp += traced.spp
-        elapsed = time.perf_counter() - start
-        reference = kept.reference(spp, spent + elapsed)
-        cache.save(key, kept, {"spp": spp, "seconds": spent + elapsed})
-        if report is not None:
-            now = goal.now(reference, mask)
-            # The variance falls as 1 / batches, and time may run out.
-            done = (goal.standard_error / now) ** 2 if now > 0.0 else 1.0
-            report(
-                f"{goal.name} {spp} spp, error {now:.2g} (goal {goal.standard_error:.2g})",
-                min(1.0, max(done, elapsed / goal.max_seconds if goal.max_seconds else 1.0)),
-            )
+    seeds = range(FIRST_SEED + kept.count, FIRST_SEED + MAX_BATCHES)
+    measure = partial(images_of_seed, settings=traced, wanted=aovs)
+    with closing(renderer.each(measure, seeds, chunk=1)) as batches:
+        while not goal.reached(reference, mask):
+            elapsed = time.perf_counter() - start
+            if kept.count >= MIN_BATCHES and elapsed >= goal.max_seconds:
+                break
+            kept.add(next(batches))
+            spp += traced.spp
+            elapsed = time.perf_counter() - start
+            reference = kept.reference(spp, spent + elapsed)
+            cache.save(key, kept, {"spp": spp, "seconds": spent + elapsed})
+            if report is not None:
+                now = goal.now(reference, mask)
+                # The variance falls as 1 / batches, and time may run out.
+                done = (goal.standard_error / now) ** 2 if now > 0.0 else 1.0
+                report(
+                    f"{goal.name} {spp} spp, error {now:.2g} (goal {goal.standard_error:.2g})",
+                    min(1.0, max(done, elapsed / goal.max_seconds if goal.max_seconds else 1.0)),
+                )
     return reference

@@ -1,4 +1,4 @@
-"""Times every point of a sweep: warm, interleaved in random order.
+"""Times every point of a sweep: warm, interleaved in random order, resumable.
 
 A machine's speed drifts: clocks change, other programs come and go. Each round measures
 every point once in an order of its own, so drift hits all points alike; what slowed a
@@ -7,9 +7,12 @@ whole round down is then estimated from all its points and divided out.
 
 from __future__ import annotations
 
+import csv
 import dataclasses
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +20,13 @@ from numpy.typing import NDArray
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
 from ssdo_gl.bench.measure.machine import CLOCKS
 from ssdo_gl.bench.measure.points import Point
+from ssdo_gl.bench.storage import append_line, whole_lines
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.settings import Settings
+
+# A visit of more than a week is a damaged line.
+MAX_MS = 1e9
+_COLUMNS = ("round", "point", "frame_ms", "process_ms", "gpu_ms", "setup_ms")
 
 
 def order(round_number: int, count: int) -> list[int]:
@@ -38,12 +46,38 @@ class Visit:
     setup_ms: float
 
 
+def read_rows(path: Path) -> list[Visit]:
+    """Return the visits recorded in `path`; lines that are not visits are left out."""
+    rows = []
+    for line in whole_lines(path):
+        try:
+            number, point, *times = next(csv.reader([line]))
+            row = Visit(int(number), point, *map(float, times))
+        except (ValueError, TypeError, StopIteration, csv.Error):
+            continue
+        # Without time queries `gpu_ms` is NaN.
+        if all(0.0 <= time < MAX_MS for time in (row.frame_ms, row.process_ms, row.setup_ms)):
+            rows.append(row)
+    return rows
+
+
+def _times(row: Visit) -> tuple[float, ...]:
+    return row.frame_ms, row.process_ms, row.gpu_ms, row.setup_ms
+
+
+def _line(cells: Sequence[object]) -> str:
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="").writerow(cells)
+    return buffer.getvalue()
+
+
 def time_points(
     renderer: BenchRenderer,
     points: Sequence[Point],
     base: Settings,
     rounds: int,
     frames: int,
+    path: Path,
     report: ProgressCallback | None = None,
 ) -> list[Visit]:
     """Visit every point in every round, and return all visits.
@@ -52,15 +86,28 @@ def time_points(
     ----------
     rounds, frames : int
         Visits to every point, and warm frames in each, whose median counts.
+    path : Path
+        A CSV file. Visits that it already records are not made again, so an
+        interrupted sweep goes on where it stopped.
     """
-    rows = []
+    rows = read_rows(path)
+    if not rows:
+        append_line(path, _line(_COLUMNS))
+    done = {(row.round, row.point) for row in rows}
+    total = rounds * len(points)
+    finished = sum((r, p.key) in done for r in range(rounds) for p in points)
     for number in range(rounds):
         for index in order(number, len(points)):
             point = points[index]
+            if (number, point.key) in done:
+                continue
             times = renderer.timed(point.settings(base), point.wanted, frames)
-            rows.append(Visit(number, point.key, **dataclasses.asdict(times)))
+            row = Visit(number, point.key, **dataclasses.asdict(times))
+            rows.append(row)
+            append_line(path, _line([number, point.key, *(f"{t:.4f}" for t in _times(row))]))
+            finished += 1
             if report is not None:
-                report("timing", len(rows), rounds * len(points))
+                report("timing", finished, total)
     return rows
 
 

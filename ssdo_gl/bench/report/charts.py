@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 
 # About as wide as a telephone and as a third of the page, so that text is as large as the page's.
@@ -17,6 +18,9 @@ CHART_CSS = (
     ".chart text{fill:var(--ink)}.chart .small{font-size:10.5px}"
     ".chart .grid{stroke:var(--line);fill:none}.chart .stair{stroke:var(--ink);fill:none}"
     ".chart .limit{stroke:var(--soft);stroke-dasharray:5 4;fill:none}"
+    ".chart .curve{stroke:var(--c);fill:none;stroke-width:1.8}"
+    ".chart .dotted{stroke-dasharray:1.5 3}.chart .dashed{stroke-dasharray:6 4}"
+    ".chart .guide{stroke:var(--line);stroke-width:4;fill:none}"
     ".chart .whisker{stroke:var(--c);fill:none;opacity:.6}"
     ".mark{fill:var(--c);stroke:var(--c);stroke-width:.3}.hollow{fill:var(--wash)}"
     ".mark.hollow{stroke-width:.45}.plain{--c:var(--ink)}"
@@ -83,6 +87,17 @@ class LogChart:
         """Draw an SVG element over what is there."""
         self._elements.append(element)
 
+    def curve(self, xs: Sequence[float], ys: Sequence[float], classes: str) -> None:
+        """Draw lines between those pairs that have a logarithm."""
+        places = [
+            self.place(x, y)
+            for x, y in zip(xs, ys, strict=True)
+            if has_logarithm(x) and has_logarithm(y)
+        ]
+        if places:
+            path = "L".join(f"{x:.1f} {y:.1f}" for x, y in places)
+            self.add(f'<path class="{classes}" d="M{path}"/>')
+
     def level(self, y: float, text: str, points: Sequence[tuple[float, float]] = ()) -> None:
         """Draw a line across at `y`, named at the end where fewer `points` cover its name."""
         left, height = self.place(self.x_range[0], y)
@@ -112,6 +127,15 @@ def svg_element(content: str, height: float, title: str) -> str:
         f'<svg class="chart" viewBox="0 0 {WIDTH:g} {height:g}" role="group" '
         f'aria-label="{escape(title)}">{content}</svg>'
     )
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A chart of a page, and what is said above and below it."""
+
+    title: str
+    svg: str
+    note: str = ""
 
 
 def _range(values: Sequence[float]) -> tuple[float, float]:

@@ -16,7 +16,7 @@ def points_csv(bench: Bench) -> bytes:
 
 
 def bench_json(bench: Bench) -> bytes:
-    """Return what the CSV has no place for: machine, references, recommendation."""
+    """Return what the CSV has no place for: machine, references, series, recommendation."""
     recommended = bench.recommendation.result
     content: dict[str, Any] = {
         "scene": bench.scene,
@@ -35,6 +35,7 @@ def bench_json(bench: Bench) -> bytes:
         "references": {
             name: dataclasses.asdict(reference) for name, reference in bench.references.items()
         },
+        "series": [dataclasses.asdict(series) for series in bench.series],
         "splits": {key: dict(split) for key, split in bench.splits.items()},
         "recommendation": {
             "key": recommended.point.key if recommended else None,

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from ssdo_gl.bench.measure import Point
+from ssdo_gl.bench.scaling import PARTS
 from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.methods import METHODS
 
@@ -33,33 +34,14 @@ _SHAPES = {
          "L-1.13.57L-.57 0Z",
     "*": "M0-1.4L.33-.45L1.33-.43L.53.17L.82 1.13L0 .56L-.82 1.13L-.53.17L-1.33-.43L-.33-.45Z",
 }  # fmt: skip
-# Which part of the frame a pass belongs to. Passes that are not named are "rest".
-_PARTS = {
-    "gbuffer": "G-buffer",
-    "back_faces": "back faces",
-    "shadow_map": "direct light",
-    "translucent_shadows": "direct light",
-    "direct": "direct light",
-    "cached_irradiance": "far field",
-    "far_probes": "far field",
-    "ssao": "estimators",
-    "directional": "estimators",
-    "bounce": "estimators",
-    "ssao_filter": "filters",
-    "directional_filter": "filters",
-    "bounce_filter": "filters",
-    "edge_aware_filter": "filters",
-    "reflections": "gloss",
-    "reflections_filter": "gloss",
-    "reflected_radiance": "gloss",
-}
 # The parts of a frame are none of the above, so they have colours of their own.
 _PART_COLORS = (
     ("#4E79A7", "#7DA7D6"), ("#F28E2B", "#FFB066"), ("#E1B000", "#F2D04A"),
     ("#59A14F", "#84CB7A"), ("#B07AA1", "#D5A6C9"), ("#9C755F", "#C9A48F"),
-    ("#2A9D9D", "#5FD0CF"), ("#111111", "#F5F5F5"),
+    ("#2A9D9D", "#5FD0CF"), ("#111111", "#F5F5F5"), ("#E15759", "#FF8A8C"),
+    ("#7A5CC0", "#B79CF0"),
 )  # fmt: skip
-PART_NAMES = (*dict.fromkeys(_PARTS.values()), "rest")
+PART_NAMES = (*dict.fromkeys(PARTS.values()), "rest", "whole frame")
 
 
 def color_name(point: Point) -> str:
@@ -79,9 +61,9 @@ def marker(method: str) -> str:
     return MARKERS[list(METHODS).index(method) % len(MARKERS)]
 
 
-def part_of(name: str) -> str:
-    """Return which of `PART_NAMES` a pass belongs to."""
-    return _PARTS.get(name, "rest")
+def part_index(name: str) -> int:
+    """Return the colour of a part of the frame; parts without a name of ours share the last."""
+    return PART_NAMES.index(name) if name in PART_NAMES else len(_PART_COLORS) - 1
 
 
 def css_colors(*, dark: bool = False) -> str:
@@ -127,11 +109,10 @@ def entries(points: Sequence[Point]) -> list[tuple[str, str]]:
     return found
 
 
-def part_entries(passes: Iterable[str]) -> list[tuple[str, str]]:
+def part_entries(names: Iterable[str]) -> list[tuple[str, str]]:
     """Return the key of parts of the frame as (SVG element around the origin, text)."""
-    parts = {part_of(name) for name in passes}
     box = '<path class="mark p{}" d="M-5-5H5V5H-5Z"/>'
-    return [(box.format(i), name) for i, name in enumerate(PART_NAMES) if name in parts]
+    return [(box.format(part_index(n)), n) for n in sorted({*names}, key=part_index)]
 
 
 def key_html(rows: Sequence[tuple[str, str]]) -> str:

@@ -23,9 +23,9 @@ from ssdo_gl.bench.report.advice import (
     usual_answers,
 )
 from ssdo_gl.bench.report.cells import table
-from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT
+from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT, Figure
 from ssdo_gl.bench.report.data_files import bench_json, points_csv
-from ssdo_gl.bench.report.figures import front_chart, split_chart
+from ssdo_gl.bench.report.figures import front_chart, samples_charts, scaling_charts, split_chart
 from ssdo_gl.bench.report.gallery import data_uri, gallery
 from ssdo_gl.bench.report.sentences import (
     facts,
@@ -34,6 +34,7 @@ from ssdo_gl.bench.report.sentences import (
     reference_sentence,
 )
 from ssdo_gl.bench.report.tables import front_table, points_table
+from ssdo_gl.bench.scaling import PARTS
 
 
 def _source(name: str) -> str:
@@ -61,15 +62,13 @@ def report_html(bench: Bench) -> str:
         ),
         parts=parts_section(bench),
         key=key.key_html(key.entries([result.point for result in bench.results])),
-        fronts="".join(
-            f"<figure><figcaption>{escape(panel.title)}</figcaption>{front_chart(bench, panel)}"
-            "</figure>"
-            for panel in measured_panels(bench)
-        ),
+        fronts="".join(_chart(front_chart(bench, panel)) for panel in measured_panels(bench)),
         gallery=gallery(bench),
         front_tables="".join(front_table(bench, panel) for panel in error_panels()),
         references=_references(bench),
+        samples=_charts(samples_charts(bench), "No unfiltered settings were measured in this run."),
         part_key=_part_key(bench),
+        scaling=_charts(scaling_charts(bench), "Cost scaling was not measured in this run."),
         split=_split(bench, shown),
         points=points_table(bench),
         method="".join(f"<p>{escape(text)}</p>" for text in method_paragraphs(bench)),
@@ -125,16 +124,30 @@ def _downloads(bench: Bench) -> str:
     return f'<p class="downloads">Download {links}</p>'
 
 
+def _chart(figure: Figure) -> str:
+    """Return a chart with what is said of it."""
+    note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
+    return f"<figure><figcaption>{escape(figure.title)}</figcaption>{figure.svg}{note}</figure>"
+
+
+def _charts(charts: Sequence[Figure], otherwise: str) -> str:
+    if not charts:
+        return f'<p class="note">{escape(otherwise)}</p>'
+    return f'<div class="charts">{"".join(map(_chart, charts))}</div>'
+
+
 def _part_key(bench: Bench) -> str:
-    passes = (name for split in bench.splits.values() for name, _ in split)
-    return key.key_html(key.part_entries(passes))
+    curves = (name for series in bench.series for name in series.curves)
+    passes = (PARTS.get(name, "rest") for split in bench.splits.values() for name, _ in split)
+    return key.key_html(key.part_entries({*curves, *passes}))
 
 
 def _split(bench: Bench, shown: Sequence[Result]) -> str:
     if not shown:
         return '<p class="note">Pass times were not measured in this run.</p>'
+    chart = split_chart(bench, shown)
     return (
-        f'<figure class="split">{split_chart(bench, shown)}<figcaption>By the clock of the table '
+        f'<figure class="split">{chart.svg}<figcaption>By the clock of the table '
         f"({escape(CLOCK_NAMES[bench.clock])}); each pass waited for before the next starts, so "
         "sums exceed the frame times a little. Point at a part for its pass.</figcaption></figure>"
     )

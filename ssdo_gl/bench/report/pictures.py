@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -9,8 +10,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_data import Picture
-from ssdo_gl.bench.measure import BenchRenderer, ErrorPanel, Reference, color, error_panels
-from ssdo_gl.bench.statistics import flip_ldr, srgb_of
+from ssdo_gl.bench.measure import PICTURE, BenchRenderer, ErrorPanel, Reference, color, error_panels
+from ssdo_gl.bench.statistics import flip_hdr, flip_ldr, srgb_of
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.error import Mask
 from ssdo_gl.images.files import png_bytes
@@ -63,6 +64,35 @@ def chosen_results(results: Sequence[Result], recommendation: Recommendation) ->
         for result in members[:MAX_OF_A_GROUP]:
             chosen.setdefault(result.point.key, result)
     return list(chosen.values())
+
+
+def with_hdr_flip(
+    renderer: BenchRenderer,
+    base: Settings,
+    results: Sequence[Result],
+    chosen: Sequence[Result],
+    references: Mapping[str, Reference],
+    mask: Mask,
+    report: ProgressCallback | None = None,
+) -> list[Result]:
+    """Return `results` with the HDR-FLIP of those that are `chosen` filled in."""
+    exposure = base.exposure or 0.0
+    keys = {result.point.key for result in chosen}
+    filled = []
+    for done, result in enumerate(results, 1):
+        point = result.point
+        verdicts = dict(result.verdicts)
+        if point.key in keys and point.kind == PICTURE:
+            image = color(renderer.images(point.settings(base), ("beauty",))["beauty"])
+            for name, verdict in result.verdicts.items():
+                target = color(references[name].images["beauty"])
+                mean = flip_hdr(image, target, mask, exposure).mean
+                scalars = dataclasses.replace(verdict.scalars, flip_hdr=mean)
+                verdicts[name] = dataclasses.replace(verdict, scalars=scalars)
+        filled.append(dataclasses.replace(result, verdicts=verdicts))
+        if report is not None:
+            report("HDR-FLIP", done, len(results))
+    return filled
 
 
 def take_pictures(

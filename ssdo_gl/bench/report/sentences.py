@@ -7,7 +7,7 @@ import math
 from ssdo_gl.bench.analysis import ReferenceSummary, percent
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel
-from ssdo_gl.bench.statistics import FLIP_PIXELS_PER_DEGREE
+from ssdo_gl.bench.statistics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE
 from ssdo_gl.images.error import REL_MSE_EPSILON
 
 # A reference may be used without a word if its standard error is at most this part of the
@@ -61,6 +61,7 @@ def reference_sentence(panel: ErrorPanel, reference: ReferenceSummary | None) ->
 
 def method_paragraphs(bench: Bench) -> list[str]:
     """Return how everything was measured."""
+    start, stop, count = FLIP_EXPOSURES_EV
     return [
         (
             "Time: every setting is rendered warm; rounds visit all settings in a random order "
@@ -91,8 +92,9 @@ def method_paragraphs(bench: Bench) -> list[str]:
         ),
         (
             f"relMSE adds {REL_MSE_EPSILON} to the squared reference, in display white. SSIM is "
-            f"computed on sRGB pictures, and so is FLIP, at {FLIP_PIXELS_PER_DEGREE:.0f} pixels per"
-            " degree."
+            "computed on sRGB pictures. FLIP assumes "
+            f"{FLIP_PIXELS_PER_DEGREE:.0f} pixels per degree; HDR-FLIP uses the fixed exposures "
+            f"{start:+.0f} to {stop:+.0f} EV in {count} steps around the camera's."
         ),
     ]
 

@@ -21,7 +21,7 @@ from ssdo_gl.bench.report.figures import error_text
 # Of the first panel that judges a point.
 _SCALARS = {
     "noise": "noise", "own bias": "own_bias", "systematic": "systematic", "relMSE": "rel_mse",
-    "SSIM": "ssim", "FLIP": "flip_ldr",
+    "SSIM": "ssim", "FLIP": "flip_ldr", "HDR-FLIP": "flip_hdr",
 }  # fmt: skip
 
 

@@ -16,10 +16,13 @@ from ssdo_gl.bench.statistics.bootstrap import (
     rmse_replicas,
     whole,
 )
+from ssdo_gl.bench.statistics.fit import fit_power_law
 from ssdo_gl.bench.statistics.metrics import (
+    FLIP_EXPOSURES_EV,
     FLIP_PIXELS_PER_DEGREE,
     MissingLibraryError,
     decompose,
+    flip_hdr,
     flip_ldr,
     missing,
     srgb_of,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,10 @@ from ssdo_gl.color import srgb_from_linear
 from ssdo_gl.images.error import FloatImage, Mask, failures, masked_mean, root, squared_error
 from ssdo_gl.user_error import UserError
 
+# HDR-FLIP tone-maps both images at several exposures and keeps the largest error. By
+# default the range comes from the reference, so numbers of two scenes do not compare;
+# here it is fixed around the camera's exposure, one image per stop.
+FLIP_EXPOSURES_EV = (-4.0, 2.0, 7)
 # FLIP's own default: 0.7 m from a 0.7 m wide screen of 3840 pixels.
 FLIP_PIXELS_PER_DEGREE = 67.0
 # The Gaussian window of Wang et al. 2004: sigma 1.5 px, truncated at 3.5 sigma.
@@ -92,28 +97,46 @@ class FlipResult:
 
 
 def flip_ldr(image_srgb: FloatImage, reference_srgb: FloatImage, mask: Mask) -> FlipResult:
-    """Return LDR-FLIP (Andersson et al. 2020) of two display images in [0, 1].
+    """Return LDR-FLIP (Andersson et al. 2020) of two display images in [0, 1]."""
+    return _flip(image_srgb, reference_srgb, mask, "LDR", {"ppd": FLIP_PIXELS_PER_DEGREE})
 
-    Raises
-    ------
-    MissingLibraryError
-    """
+
+def flip_hdr(
+    image: FloatImage, reference: FloatImage, mask: Mask, exposure_ev: float = 0.0
+) -> FlipResult:
+    """Return HDR-FLIP (Andersson et al. 2021) with fixed exposures around `exposure_ev`."""
+    start, stop, count = FLIP_EXPOSURES_EV
+    parameters = {
+        "ppd": FLIP_PIXELS_PER_DEGREE,
+        "startExposure": start,
+        "stopExposure": stop,
+        "numExposures": count,
+        "tonemapper": "ACES",
+    }
+    gain = 2.0**exposure_ev
+    return _flip(image * gain, reference * gain, mask, "HDR", parameters)
+
+
+def _flip(
+    image: FloatImage, reference: FloatImage, mask: Mask, kind: str, parameters: dict[str, Any]
+) -> FlipResult:
     try:
         import flip_evaluator
     except ImportError:
         raise missing("flip-evaluator") from None
-    failed = failures(image_srgb)
-    safe = np.where(failed[:, :, None], 0.0, np.maximum(image_srgb, 0.0))
+    failed = failures(image)
+    safe = np.where(failed[:, :, None], 0.0, np.maximum(image, 0.0))
     error, _, _ = flip_evaluator.evaluate(
-        np.ascontiguousarray(np.maximum(reference_srgb, 0.0), dtype=np.float32),
+        np.ascontiguousarray(np.maximum(reference, 0.0), dtype=np.float32),
         np.ascontiguousarray(safe, dtype=np.float32),
-        "LDR",
+        kind,
+        # LDR inputs are sRGB-encoded, HDR inputs linear: what True stands for.
         inputsRGB=True,
         applyMagma=False,
         computeMeanError=False,
-        parameters={"ppd": FLIP_PIXELS_PER_DEGREE},
+        parameters=parameters,
     )
-    values = np.array(error, dtype=np.float32).reshape(image_srgb.shape[:2])
+    values = np.array(error, dtype=np.float32).reshape(image.shape[:2])
     values[failed] = 1.0
     return FlipResult(masked_mean(values.astype(np.float64), mask), values)
 

@@ -38,8 +38,17 @@ class Kernel:
     """
 
     def __init__(self, gl: moderngl.Context, source: FlatSource) -> None:
-        linked = link_compute(gl, source)
-        self._gl, self._name, self._linked = gl, source.name, linked
+        self._gl = gl
+        self._link(source)
+
+    def replace(self, source: FlatSource) -> None:
+        """Take another source, if it is one; on failure raise ShaderError and stay as it was."""
+        if source.text != self._source.text:
+            self._link(source)
+
+    def _link(self, source: FlatSource) -> None:
+        linked = link_compute(self._gl, source)
+        self._source, self._linked = source, linked
         self._declared = source.uniforms()
         self._slots: dict[str, UniformSlot] = {}
         for name in linked:
@@ -61,7 +70,7 @@ class Kernel:
             if name in self._slots:
                 self._slots[name].set(value)
             elif name not in self._declared:
-                raise ShaderError(f"{self._name}: no uniform is called {name}")
+                raise ShaderError(f"{self._source.name}: no uniform is called {name}")
 
     def run(self, groups: int) -> None:
         """Run so many groups, and have all that comes later see what they wrote."""

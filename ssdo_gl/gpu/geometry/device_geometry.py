@@ -311,8 +311,9 @@ class Geometry:
     ) -> None:
         if len(attributes) == 0:
             return
+        # Keyed by the Program, compared with its `gl`: a reload replaces the latter.
         known = group.vertex_arrays.get(program)
-        if known is None:
+        if known is None or known.program is not program.gl:
             content: list[tuple[object, ...]] = [
                 (buffer, f"{count}f", name)
                 for name, (buffer, count) in group.vertices.buffers.items()

@@ -197,7 +197,7 @@ function update(next) {
     if (document.activeElement !== $(name)) $(name).value = state[name];
   }
   for (const name of ["split", "error"]) $(name).setAttribute("aria-pressed", state[name]);
-  $("governed").checked = state.governed;
+  for (const name of ["governed", "shared_camera"]) $(name).checked = state[name];
   if (document.activeElement !== $("exposure")) $("exposure").value = state.exposure;
   $("exposure-value").textContent = `${state.exposure >= 0 ? "+" : ""}${state.exposure.toFixed(1)} EV`;
   picture.classList.toggle("looking", state.looking);
@@ -205,6 +205,7 @@ function update(next) {
   if (state.samples.length) parts.push(`${state.samples.map(([count, all]) => `${count} of ${all}`).join(" and ")} samples`);
   if (state.frame_ms) parts.push(`${state.frame_ms.toFixed(1)} ms a frame`);
   if (state.relative_error != null) parts.push(`error ${(100 * state.relative_error).toFixed(2)} %`);
+  if (state.fault) parts.push(state.fault);
   $("status").textContent = parts.join(" · ");
   showLines(state.messages);
 }
@@ -213,7 +214,9 @@ for (const name of ["method", "other_method", "aov"]) {
   $(name).addEventListener("change", (event) => choose(name, event.target.value));
 }
 for (const name of ["split", "error"]) $(name).addEventListener("click", () => choose(name, !state[name]));
-$("governed").addEventListener("change", (event) => choose("governed", event.target.checked));
+for (const name of ["governed", "shared_camera"]) {
+  $(name).addEventListener("change", (event) => choose(name, event.target.checked));
+}
 $("exposure").addEventListener("input", (event) => tell("choose", { what: "exposure", value: Number(event.target.value) }));
 $("exposure").addEventListener("change", () => picture.focus());
 for (const button of document.querySelectorAll("[data-key]")) {

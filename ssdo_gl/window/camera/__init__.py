@@ -1,8 +1,9 @@
-"""How the camera moves: flight, recorded paths, bookmarks."""
+"""How the camera moves: flight, recorded paths, bookmarks, collisions."""
 
 from __future__ import annotations
 
 from ssdo_gl.film.bookmarks import views_file
+from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.camera.destinations import (
     fit,
@@ -10,6 +11,7 @@ from ssdo_gl.window.camera.destinations import (
     glide_to,
     go_home,
     jump_to,
+    stilled,
     switch_projection,
 )
 from ssdo_gl.window.camera.fly_camera import (

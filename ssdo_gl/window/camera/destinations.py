@@ -65,6 +65,18 @@ def jump_to(flight: Flight, camera: Camera) -> Flight:
     )
 
 
+def stilled(flight: Flight) -> Flight:
+    """Return a flight at rest at exactly the view that this one has now."""
+    return dataclasses.replace(
+        flight,
+        velocity=_ZERO,
+        glide=_ZERO,
+        dolly=0.0,
+        yaw_goal=flight.yaw,
+        pitch_goal=flight.pitch,
+    )
+
+
 def switch_projection(flight: Flight) -> Flight:
     """Return a flight with parallel rays or without; what is at the target keeps its size."""
     camera = flight.camera()

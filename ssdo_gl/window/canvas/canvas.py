@@ -59,7 +59,7 @@ class Canvas(SceneFlight):
     is_inspecting, shows_histogram, times_passes : bool
         What besides the picture has to be made for somebody who looks at it.
     monitor : Monitor
-        The error of the left side against the right one.
+        Alarms, and the error of the left side against the right one.
     is_drawing : bool
         Whether a frame is in the making, which may have freed what the last one drew.
     frame_ms : float
@@ -97,7 +97,7 @@ class Canvas(SceneFlight):
         self.times_passes = False
         self.stretches = False
         self.frame_ms = self.showing_ms = 0.0
-        self.monitor = Monitor()
+        self.monitor = Monitor(device, self.shaders)
         self._kept = KeptPlanes(device)
         self.is_drawing = False
         self._owns_shared = shared is None
@@ -329,6 +329,7 @@ class Canvas(SceneFlight):
             self._shared.geometry.release()
             self._shared = None
         self.presenter.release()
+        self.monitor.release()
         self._kept.release()
 
 

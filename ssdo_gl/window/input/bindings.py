@@ -20,6 +20,7 @@ class Command(StrEnum):
     HOME = "back to where the scene begins"
     NEXT_CAMERA = "next camera of the file"
     PROJECT = "parallel rays, or back to a pinhole camera"
+    COLLIDE = "stop at walls, or not"
     VIEW = "show image 1 to 9, 0 is the tenth"
     NEXT_METHOD = "next method"
     PREVIOUS_METHOD = "previous method"
@@ -50,6 +51,7 @@ class Command(StrEnum):
     FULLSCREEN = "fill the screen, or back"
     GOVERNOR = "hold the time budget, or not"
     VSYNC = "wait for the display, or not"
+    RELOAD = "compile shaders that have changed"
     QUIT = "leave"
     # Of the mouse; the help has a line for each.
     PIVOT = "take the point under the cursor as the centre of what follows"
@@ -82,6 +84,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Home", glfw.KEY_HOME, Command.HOME),
     Binding("N", glfw.KEY_N, Command.NEXT_CAMERA),
     Binding("O", glfw.KEY_O, Command.PROJECT),
+    Binding("B", glfw.KEY_B, Command.COLLIDE),
     Binding("M", glfw.KEY_M, Command.CAPTURE),
     Binding("Esc", glfw.KEY_ESCAPE, Command.RELEASE),
     *(Binding(str(i % 10), k, Command.VIEW, 0, i) for i, k in enumerate(_DIGITS, 1)),
@@ -123,6 +126,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("F11", glfw.KEY_F11, Command.FULLSCREEN),
     Binding("G", glfw.KEY_G, Command.GOVERNOR),
     Binding("U", glfw.KEY_U, Command.VSYNC),
+    Binding("R", glfw.KEY_R, Command.RELOAD),
     Binding("Ctrl+Q", glfw.KEY_Q, Command.QUIT, glfw.MOD_CONTROL),
 )
 # What moves for as long as it is held: (right, up, forward) and (left, up) turns.

@@ -129,6 +129,12 @@ class LiveImage:
         return Plane(self._sums[0], plane.first_channel)
 
     @property
+    def last_plane(self) -> Plane:
+        """The image as the last frame drew it: a sum leaves out what is not finite."""
+        assert self.drawing is not None and self._request is not None, "nothing was drawn yet"
+        return self.drawing.planes[self._request.image]
+
+    @property
     def weight(self) -> float:
         """What the plane's numbers have to be multiplied with."""
         assert self._request is not None, "nothing was drawn yet"
@@ -149,7 +155,7 @@ class LiveImage:
         return 1.0 / self._frames
 
     def restart(self) -> None:
-        """Forget what was drawn: the scene has changed."""
+        """Forget what was drawn: shaders or the scene have changed."""
         self.drawing = None
         self._request = self._applied = None
         self.sample_count = 0

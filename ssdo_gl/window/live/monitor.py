@@ -1,4 +1,4 @@
-"""The live error: how far a picture is from the one that it is compared with."""
+"""Looks at what was drawn, now and then: values that are not finite, and the live error."""
 
 from __future__ import annotations
 
@@ -8,18 +8,26 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.images.error import failures, mean_level, relative_rmse
 from ssdo_gl.window.live.live_image import LiveImage
+from ssdo_gl.window.live.non_finite_watch import Alarm, NonFiniteWatch
 from ssdo_gl.window.views import View
+
+# A flight is looked at this often (frames); a picture at rest once it is refined.
+LOOK_EVERY = 30
 
 
 class Monitor:
-    """Reads pictures back while their difference is shown.
+    """Reads pictures back when there is time for it.
 
     Attributes
     ----------
+    alarm : Alarm or None
+        NaN or infinity in what was shown last.
     error : float or None
         RMSE over the mean of the left image against the right one while their difference
         is shown; None once either changes. The noise of samples to come is part of it.
@@ -28,26 +36,52 @@ class Monitor:
         it was measured twice.
     is_error_final : bool
         Whether both images hold all samples that were asked for.
+    is_due : bool
+        Whether the present picture was not looked at yet.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
+        self.alarm: Alarm | None = None
         self.error: float | None = None
         self.uncertainty: float | None = None
         self.is_error_final = False
+        self.is_due = True
         self._before: tuple[float, float] | None = None
         self._shown: object = None
         self._samples = 0
+        self._watch = NonFiniteWatch(device, shaders)
+        self._frames = 0
 
-    def look(self, images: Sequence[LiveImage], view: View, *, is_finished: bool) -> None:
-        """Forget an error of other images; take a new one once samples have doubled.
+    def look(
+        self, images: Sequence[LiveImage], view: View, *, drew: bool, is_finished: bool
+    ) -> None:
+        """Look at `images` if it is time.
 
         Parameters
         ----------
         images : sequence of LiveImage
             Left and, where two are compared, right.
+        drew : bool
+            Whether they have changed since the last call.
         is_finished : bool
             Whether they will not change any more by themselves.
         """
+        if drew:
+            self.is_due = True
+            self._frames += 1
+        self._update_error(images, view, is_finished)
+        if not self.is_due or not (is_finished or self._frames % LOOK_EVERY == 0):
+            return
+        self.is_due = not is_finished
+        self.alarm = None
+        for image in images:
+            # Not the average: frames to come make good in it what is not finite.
+            texture = image.last_plane.texture
+            if texture is not None:
+                self.alarm = self._watch.check(texture) or self.alarm
+
+    def _update_error(self, images: Sequence[LiveImage], view: View, is_finished: bool) -> None:
+        """Forget an error of other images; take a new one once samples have doubled."""
         shown = (view.is_error, *(image.shows for image in images))
         if shown != self._shown:
             self._shown, self._samples = shown, 0
@@ -67,6 +101,10 @@ class Monitor:
                 if self._before is not None and self._before[0] > now[0]:
                     self.uncertainty = noise_within(self._before, now)
                 self._before = now
+
+    def release(self) -> None:
+        """Free the device objects."""
+        self._watch.release()
 
 
 def noise_within(before: tuple[float, float], now: tuple[float, float]) -> float:

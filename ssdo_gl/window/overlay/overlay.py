@@ -76,6 +76,7 @@ class Overlay(ImguiBackend):
         self._top = self._bottom = 0.0
         self._text_factor = 1.0
         self._reading: Reading | None = None
+        self._faults: tuple[str, ...] = ()
         self._looks_file = looks_file
         looks = None if looks_file is None else kept(looks_file)
         if isinstance(looks, dict):
@@ -116,6 +117,10 @@ class Overlay(ImguiBackend):
 
     def rescale(self, scale: float) -> None:
         super().rescale(scale * self._text_factor)
+
+    def show_faults(self, faults: tuple[str, ...]) -> None:
+        """Show what does not compile until it does."""
+        self._faults = faults
 
     def compose(
         self,
@@ -180,10 +185,17 @@ class Overlay(ImguiBackend):
         size = imgui.calc_text_size(text)
         if not self._fits(size.y):
             return
-        imgui.set_next_window_content_size(size)
+        if viewer.monitor.alarm is None:
+            imgui.set_next_window_content_size(size)
         _place(_MARGIN, self._top + _MARGIN)
         imgui.begin("status", None, _SEE_THROUGH)
         imgui.text(text)
+        if viewer.monitor.alarm is not None:
+            x, y = viewer.monitor.alarm.pixel
+            imgui.text_colored(
+                self._fault_color,
+                f"{viewer.monitor.alarm.count} pixels are not finite, from ({x}, {y}) on",
+            )
         self._top = imgui.get_window_pos().y + imgui.get_window_height()
         imgui.end()
 
@@ -193,6 +205,7 @@ class Overlay(ImguiBackend):
 
     def _messages(self, window_size: tuple[int, int], free: float, *, has_room: bool) -> None:
         lines = [(line.text, line.is_fault) for line in self._viewer.messages.lines]
+        lines += [(fault, True) for fault in self._faults]
         if not lines:
             return
         imgui.set_next_window_pos(

@@ -100,6 +100,8 @@ class Panel:
         self._viewer.times_passes = _header("Effects and passes")
         if self._viewer.times_passes:
             self.reports.effects()
+        if _header("Accuracy against time"):
+            self.reports.pareto()
         self._viewer.shows_histogram = _header("Histogram")
         if self._viewer.shows_histogram:
             self.reports.histogram()
@@ -258,6 +260,8 @@ class Panel:
                 self._viewer.film_suffix = suffix
             imgui.same_line()
         imgui.new_line()
+        slides = "the camera slides along surfaces instead of flying through   (B)"
+        self._switch("stop at walls", self._viewer.collides, Command.COLLIDE, slides)
 
     def _output_row(self) -> None:
         imgui.separator()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui
@@ -10,8 +12,10 @@ from numpy.typing import NDArray
 
 from ssdo_gl.color import LUMINANCE
 from ssdo_gl.gpu.texture import read_texture
+from ssdo_gl.window.panel.pareto_chart import ChartPoint, chart_points, log_position
 from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.views import METHOD_LABELS
 
 # Five seconds at 60 Hz: long enough to see a level change and its reason go by.
 PLOT_FRAMES = 300
@@ -95,6 +99,26 @@ class Reports:
             imgui.same_line()
             imgui.text_wrapped(f"{decision.effect}: {decision.reason}")
 
+    def pareto(self) -> None:
+        """Draw the measured front, and where the present settings stand on it."""
+        viewer = self._viewer
+        left = viewer.left
+        if left is None or not viewer.measured:
+            imgui.text_disabled("nothing was measured")
+            return
+        settings = viewer.settings_of_side(0)
+        points = chart_points(viewer.measured, settings, left.full_ms)
+        if not points:
+            imgui.text_disabled("known once the picture has come to rest")
+            return
+        live = (left.full_ms, viewer.monitor.error) if viewer.monitor.error is not None else None
+        _draw_chart(points, left.full_ms, live)
+        against = METHOD_LABELS[viewer.view.other_method]
+        if live is not None:
+            imgui.text_wrapped(f"now: {live[0]:.0f} ms, error {live[1]:.1%} against {against}")
+        else:
+            imgui.text_disabled(f"now: {left.full_ms:.0f} ms; X measures the error")
+
     def histogram(self) -> None:
         """Draw how often each radiance occurs in the picture, once it is at rest."""
         left = self._viewer.left
@@ -118,6 +142,47 @@ class Reports:
             scale_min=0.0,
             graph_size=ImVec2(-1.0, 1.5 * _PLOT_HEIGHT),
         )
+
+
+def _draw_chart(
+    points: Sequence[ChartPoint], live_ms: float, live: tuple[float, float] | None
+) -> None:
+    """Draw error (upwards) against time (to the right), both logarithmic."""
+    size = ImVec2(imgui.get_content_region_avail().x, 2.6 * _PLOT_HEIGHT)
+    corner = imgui.get_cursor_screen_pos()
+    imgui.dummy(size)
+    draw = imgui.get_window_draw_list()
+    times = [p.frame_ms for p in points] + [live_ms]
+    errors = [p.error for p in points] + ([live[1]] if live else [])
+    # Half an octave of room, so that no point sits on the frame.
+    time_range = min(times) / 1.4, max(times) * 1.4
+    error_range = min(errors) / 1.4, max(errors) * 1.4
+
+    def at(milliseconds: float, error: float) -> ImVec2:
+        x = log_position(milliseconds, *time_range)
+        y = log_position(error, *error_range)
+        return ImVec2(corner.x + x * size.x, corner.y + (1.0 - y) * size.y)
+
+    grey, white, yellow = (
+        imgui.color_convert_float4_to_u32(imgui.ImVec4(*rgb, 1.0))
+        for rgb in ((0.35, 0.36, 0.38), (0.9, 0.9, 0.9), (1.0, 0.85, 0.3))
+    )
+    draw.add_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), grey)
+    for a, b in itertools.pairwise(points):
+        draw.add_line(at(a.frame_ms, a.error), at(b.frame_ms, b.error), grey)
+    mouse = imgui.get_mouse_pos()
+    for point in points:
+        place = at(point.frame_ms, point.error)
+        draw.add_circle_filled(place, 4.0, yellow if point.is_used else white)
+        if abs(mouse.x - place.x) < 7.0 and abs(mouse.y - place.y) < 7.0:
+            show_tooltip(f"{point.label}\n{point.frame_ms:.1f} ms, error {point.error:.1%}")
+    top = at(live_ms, error_range[1])
+    draw.add_line(top, ImVec2(top.x, corner.y + size.y), yellow)
+    if live is not None:
+        draw.add_circle(at(*live), 6.0, yellow)
+    text = f"{time_range[0]:.0f} to {time_range[1]:.0f} ms,  "
+    text += f"error {error_range[0]:.1%} to {error_range[1]:.1%}"
+    imgui.text_disabled(text)
 
 
 def radiance_histogram(beauty: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from bench.fake_renderer import MeasuresEach
 
 from ssdo_gl.bench.measure import reference_cache
 from ssdo_gl.bench.measure.reference_cache import (
@@ -40,7 +41,7 @@ def scene(albedo: float = 0.5, title: str = "") -> Scene:
     )
 
 
-class FakeReference:
+class FakeReference(MeasuresEach):
     """Renders a constant image of 1 with noise, and counts how often it is asked."""
 
     def __init__(self) -> None:

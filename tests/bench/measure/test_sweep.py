@@ -1,12 +1,14 @@
-"""Timing: order, drift."""
+"""Timing: order, resumption, drift."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
+import random
 
 import numpy as np
 import pytest
-from bench.fake_renderer import FakeRenderer
+from bench.fake_renderer import FakeRenderer, Interrupted
 
 from ssdo_gl.bench.measure import sweep
 from ssdo_gl.bench.measure.points import Point
@@ -27,14 +29,61 @@ def test_every_round_visits_every_point_in_an_order_of_its_own():
     assert orders == [sweep.order(number, 20) for number in range(5)], "seeded"
 
 
-def test_every_point_is_visited_in_every_round():
-    renderer, seen = FakeRenderer(), []
-    rows = sweep.time_points(
-        renderer, POINTS, BASE, ROUNDS, FRAMES, lambda _, done, total: seen.append((done, total))
-    )
-    assert len({(row.round, row.point) for row in rows}) == len(rows) == 12
+def test_visits_are_recorded(tmp_path):
+    renderer = FakeRenderer()
+    path = tmp_path / "rounds.csv"
+    rows = sweep.time_points(renderer, POINTS, BASE, ROUNDS, FRAMES, path)
+    assert len(rows) == 12
     assert renderer.count("timed") == 12
-    assert seen == [(done, 12) for done in range(1, 13)]
+    kept = sweep.read_rows(path)
+    assert [(row.round, row.point) for row in kept] == [(row.round, row.point) for row in rows]
+    for row, other in zip(kept, rows, strict=True):
+        assert row.frame_ms == pytest.approx(other.frame_ms, abs=1e-4)
+        assert row.process_ms == pytest.approx(other.process_ms, abs=1e-4)
+        assert row.setup_ms == pytest.approx(other.setup_ms, abs=1e-4)
+        assert math.isnan(row.gpu_ms)
+
+
+def test_an_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
+    path = tmp_path / "rounds.csv"
+    first = FakeRenderer(interrupt_after=5)
+    with pytest.raises(Interrupted):
+        sweep.time_points(first, POINTS, BASE, ROUNDS, FRAMES, path)
+    with path.open("ab") as file:
+        file.write(b"1,radiance-bounce")  # what a kill in the middle of a line leaves
+    second = FakeRenderer()
+    seen = []
+    rows = sweep.time_points(
+        second,
+        POINTS,
+        BASE,
+        ROUNDS,
+        FRAMES,
+        path,
+        lambda _, done, total: seen.append((done, total)),
+    )
+    assert second.count("timed") == 12 - 5
+    assert seen[0] == (6, 12)
+    assert seen[-1] == (12, 12)
+    keys = [(row.round, row.point) for row in rows]
+    assert len(set(keys)) == len(keys) == 12
+    third = FakeRenderer()
+    sweep.time_points(third, POINTS, BASE, ROUNDS, FRAMES, path)
+    assert third.count("timed") == 0
+
+
+def test_damaged_records_are_measured_again(tmp_path):
+    path = tmp_path / "rounds.csv"
+    sweep.time_points(FakeRenderer(), POINTS, BASE, ROUNDS, FRAMES, path)
+    data, rng = path.read_bytes(), random.Random(0)
+    for _ in range(200):
+        damaged = bytearray(data)
+        for _ in range(3):
+            damaged[rng.randrange(len(data))] = rng.randrange(256)
+        path.write_bytes(damaged)
+        rows = sweep.time_points(FakeRenderer(), POINTS, BASE, ROUNDS, FRAMES, path)
+        table = sweep.tabulate(rows, POINTS, ROUNDS)
+        assert np.isfinite(table.frame_ms).all()
 
 
 def test_drift_of_whole_rounds_is_divided_out():
@@ -46,8 +95,8 @@ def test_drift_of_whole_rounds_is_divided_out():
     np.testing.assert_allclose(drift / drift[0], speed / speed[0], rtol=1e-12)
 
 
-def test_the_table_has_a_row_for_each_point():
-    rows = sweep.time_points(FakeRenderer(), POINTS, BASE, ROUNDS, FRAMES)
+def test_the_table_has_a_row_for_each_point(tmp_path):
+    rows = sweep.time_points(FakeRenderer(), POINTS, BASE, ROUNDS, FRAMES, tmp_path / "rounds.csv")
     table = sweep.tabulate(rows, POINTS, ROUNDS)
     costs = [FakeRenderer().cost_ms(p.settings(BASE)) for p in POINTS]
     np.testing.assert_allclose(table.frame_ms, np.array(costs)[:, None] * np.ones(3), rtol=1e-6)

@@ -13,9 +13,12 @@ from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.charts import LogChart, log_ticks, short
 from ssdo_gl.bench.report.figures import (
     front_chart,
+    samples_charts,
+    scaling_charts,
     split_chart,
 )
-from ssdo_gl.bench.report.page import measured_panels
+from ssdo_gl.bench.report.page import measured_panels, report_html
+from ssdo_gl.bench.scaling import PARTS
 from ssdo_gl.settings.estimators import ESTIMATORS
 from ssdo_gl.settings.methods import METHODS
 
@@ -42,12 +45,13 @@ def test_ticks_are_round_and_few():
 @pytest.mark.parametrize("values", [[], [0.0, float("nan")], [3.0]])
 def test_any_values_make_a_chart(values):
     chart = LogChart("t", "x", "y", values, values)
+    chart.curve(values, values, "curve")
     ET.fromstring(chart.svg())
 
 
 def test_every_point_has_a_mark_at_its_numbers(found):
     for panel in measured_panels(found):
-        svg = front_chart(found, panel)
+        svg = front_chart(found, panel).svg
         judged = [r for r in found.results if panel.name in r.verdicts]
         dots = re.findall(r'<g class="dot.*?</g>', svg, re.DOTALL)
         assert len(dots) == len(judged)
@@ -76,7 +80,7 @@ def test_a_level_is_named_where_no_point_covers_its_name(x, anchor):
 def test_one_colour_and_shape_for_a_name_in_every_chart(found):
     shown = {r.point.label: r.point for r in found.results}
     for panel in measured_panels(found):
-        svg = front_chart(found, panel)
+        svg = front_chart(found, panel).svg
         for dot in re.findall(r'<g class="dot.*?</g>', svg, re.DOTALL):
             point = shown[re.search('data-label="([^"]*)"', dot)[1]]
             color = f"c{key.color_index(key.color_name(point))}"
@@ -101,7 +105,7 @@ def test_each_colour_is_readable_on_both_papers():
 
     for dark, paper in ((False, "#f4f6f8"), (True, "#1f242a")):
         colors = re.findall(r"--(\w\d+):(#\w{6})", key.css_colors(dark=dark))
-        assert len(colors) == len(key.COLORS) + len(key.PART_NAMES)
+        assert len(colors) == len(key.COLORS) + 10
         for name, color in colors:
             low, high = sorted((luminance(color), luminance(paper)))
             # Of graphics the accessibility guidelines ask 3; yellow on white has less.
@@ -109,13 +113,22 @@ def test_each_colour_is_readable_on_both_papers():
             assert (high + 0.05) / (low + 0.05) >= least, (name, dark)
 
 
-def test_bars_have_the_colours_of_their_parts(found):
-    text = split_chart(found, found.results[:2])
-    bounce = re.search(r'class="bar p(\d)"[^>]*><title>bounce:', text)
-    assert key.PART_NAMES[int(bounce[1])] == "estimators"
-    assert [name for _, name in key.part_entries(["new", "bounce", "gbuffer", "ssao"])] == [
-        "G-buffer", "estimators", "rest",
-    ]  # fmt: skip
+def test_parts_of_the_frame_have_one_colour_each(found):
+    text = "".join(chart.svg for chart in scaling_charts(found))
+    text += split_chart(found, found.results[:2]).svg
+    assert {key.part_index(name) for name in PARTS.values()} == set(range(len({*PARTS.values()})))
+    others = {key.part_index(name) for name in ("rest", "whole frame", "4 rays a pixel")}
+    assert len(others) == 3 and min(others) == len({*PARTS.values()}), "nor do others share one"
+    bounce = re.search(r'class="bar (p\d)"[^>]*><title>bounce:', text)
+    assert bounce[1] == f"p{key.part_index('estimators')}"
+    assert f'"curve {bounce[1]}"' in text
+
+
+def test_a_single_sample_count_is_no_curve(found):
+    few = [r for r in found.results if r.point.samples == 16 or r.point.filter != "none"]
+    assert samples_charts(bench(results=few)) == []
+    assert len(samples_charts(found)) == 2
+    assert "No unfiltered settings were measured" in report_html(bench(results=few))
 
 
 def test_a_point_shows_filter_and_resolution():

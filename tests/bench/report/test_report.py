@@ -158,11 +158,12 @@ def test_one_clock_is_named_for_frames_and_passes():
     clock = CLOCK_NAMES["process"]
     assert f"By the clock of the table ({clock})" in page.text["figcaption"]
     names = [f"frame time, ms ({clock})"] * len(found.references)
+    names += [f"ms ({clock})"] * len(found.series)
     assert [t for t in page.all_text if clock in t and t.startswith(("frame", "ms"))] == names
 
 
-def test_a_report_without_pictures_or_splits_is_still_a_report():
-    text = report_html(bench(pictures=[], splits={}))
+def test_a_report_without_pictures_scaling_or_splits_is_still_a_report():
+    text = report_html(bench(pictures=[], series=[], splits={}))
     assert Page(text).faults == []
     assert "No pictures were kept" in text
 

@@ -46,21 +46,38 @@ def test_flip_sees_no_difference_where_there_is_none_and_a_full_one_in_black_and
     assert metrics.flip_ldr(grey(0.5), grey(0.5), mask).mean == pytest.approx(0, abs=FLIP_TOLERANCE)
     # Black against white is the largest colour difference FLIP maps: it gives 0.97 to 1.
     assert metrics.flip_ldr(grey(0.0), grey(1.0), mask).mean > 0.95
+    assert metrics.flip_hdr(grey(3.0), grey(3.0), mask).mean == pytest.approx(0, abs=FLIP_TOLERANCE)
 
 
-def test_flip_is_that_of_its_authors_over_the_mask():
+def test_flip_exposures_are_fixed_relative_to_the_camera():
+    pytest.importorskip("flip_evaluator")
+    rng = np.random.default_rng(3)
+    mask = np.ones((32, 32), dtype=bool)
+    reference = rng.random((32, 32, 3)).astype(np.float32)
+    other = reference + np.float32(0.2)
+    plain = metrics.flip_hdr(other, reference, mask)
+    assert metrics.flip_hdr(other * 16, reference * 16, mask, exposure_ev=-4).mean == pytest.approx(
+        plain.mean, abs=FLIP_TOLERANCE
+    )
+    assert metrics.flip_hdr(other * 16, reference * 16, mask).mean != pytest.approx(
+        plain.mean, abs=1e-3
+    ), "the exposures must not follow the image"
+    assert metrics.flip_hdr(other, reference, np.eye(32, dtype=bool)).mean == pytest.approx(
+        float(plain.error[np.eye(32, dtype=bool)].mean()), abs=FLIP_TOLERANCE
+    )
+
+
+def test_flip_gets_exactly_the_fixed_exposures():
     flip_evaluator = pytest.importorskip("flip_evaluator")
     rng = np.random.default_rng(5)
-    reference, image = (rng.random((32, 32, 3)).astype(np.float32) for _ in range(2))
-    errors, expected, _ = flip_evaluator.evaluate(
-        reference, image, "LDR", applyMagma=False, parameters={"ppd": 67.0}
+    reference, image = (rng.random((32, 32, 3)).astype(np.float32) * 4 for _ in range(2))
+    parameters = {"ppd": 67.0, "startExposure": -4.0, "stopExposure": 2.0, "numExposures": 7,
+                  "tonemapper": "ACES"}  # fmt: skip
+    _, expected, _ = flip_evaluator.evaluate(
+        reference, image, "HDR", applyMagma=False, parameters=parameters
     )
-    found = metrics.flip_ldr(image, reference, np.ones((32, 32), dtype=bool))
+    found = metrics.flip_hdr(image, reference, np.ones((32, 32), dtype=bool))
     assert found.mean == pytest.approx(expected, abs=FLIP_TOLERANCE)
-    diagonal = np.eye(32, dtype=bool)
-    assert metrics.flip_ldr(image, reference, diagonal).mean == pytest.approx(
-        float(errors.reshape(32, 32)[diagonal].mean()), abs=FLIP_TOLERANCE
-    )
 
 
 def test_a_failure_is_the_largest_flip_error():

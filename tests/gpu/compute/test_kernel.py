@@ -1,4 +1,4 @@
-"""Compute shaders of files of their own: uniforms, groups and faults."""
+"""Compute shaders of files of their own: uniforms, groups, faults and changes on disk."""
 
 from __future__ import annotations
 
@@ -52,3 +52,15 @@ def test_unknown_uniforms_are_refused(library):
         kernel.set({"u_facto": 1})
     with pytest.raises(ShaderError, match="u_factor takes whole numbers"):
         kernel.set({"u_factor": 0.5})
+
+
+def test_changes_on_disk_are_taken_and_faults_named(gl, library, tmp_path):
+    assert numbers(gl, library, 5, 1)[4] == 4
+    file = tmp_path / "numbers.comp"
+    file.write_text(SHADER.replace("u_factor * i", "u_factor * i + 7u"))
+    assert library.reload() == []
+    assert numbers(gl, library, 5, 1)[4] == 11
+    file.write_text(SHADER.replace("u_factor * i", "u_factor * j"))
+    (fault,) = library.reload()
+    assert "numbers.comp:10" in str(fault)
+    assert numbers(gl, library, 5, 1)[4] == 11

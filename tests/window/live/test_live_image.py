@@ -86,7 +86,7 @@ def test_a_picture_in_motion_has_smooth_edges(gl, device, live, presenter, scene
         many = picture_of("display", renderer.render(["display"]).images["display"]).astype(int)
     live.update(request(scene))
     smooth = shown(presenter, scene, View(), live)
-    plain = picture_of("display", live.drawing.planes[live.shows.image].read()).astype(int)
+    plain = picture_of("display", live.last_plane.read()).astype(int)
     assert np.square(smooth - many).mean() < 0.85 * np.square(plain - many).mean()
     live.update(request(scene, settings=dataclasses.replace(SETTINGS, method="reference-near")))
     assert live.edge_smoothing == 0.0

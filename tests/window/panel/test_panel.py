@@ -36,7 +36,7 @@ def test_every_section_draws_for_every_method(
     drawn.viewer.choose_method(method)
     drawn.viewer.view = dataclasses.replace(drawn.viewer.view, is_error=True, other_method="direct")
     drawn.viewer.is_inspecting = True
-    drawn.viewer.say("no such file", is_fault=True)
+    drawn.overlay.show_faults(("effects/bounce.frag:12: syntax error",))
     drawn.overlay.shows_help = True
     settings = drawn.viewer.settings
     drawn.frames(8)

@@ -1,15 +1,19 @@
-"""The matrices of cameras, which say where the pixels of their pictures look."""
+"""Many cameras in one call, and the matrices that say where their pixels look."""
 
 from __future__ import annotations
 
+import doctest
 import json
 
 import numpy as np
 import pytest
 
 import ssdo_gl
+import ssdo_gl.headless.many_views
 from ssdo_gl import cli
 from ssdo_gl.effects.registry import image_names
+from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.settings.fields import SettingError
 
 SIZE = (40, 24)
 CAMERAS = (
@@ -23,9 +27,8 @@ PIXELS, LENGTHS = 1e-4, 2e-6
 
 @pytest.fixture(scope="module")
 def views():
-    scene, settings = ssdo_gl.load_scene("corner"), ssdo_gl.Settings(size=SIZE)
-    with ssdo_gl.Renderer(scene, settings) as renderer:
-        return [renderer.render(("position_ws", "depth"), camera=camera) for camera in CAMERAS]
+    aov = ("position_ws", "depth", "normal_ws", "albedo")
+    return list(ssdo_gl.render_views("corner", CAMERAS, aov=aov, size=SIZE))
 
 
 def seen(view):
@@ -74,16 +77,26 @@ def test_poses_are_the_inverse_and_make_the_camera_again(views):
             np.testing.assert_allclose(product, np.eye(4), atol=1e-12)
     camera = CAMERAS[1]
     made = ssdo_gl.Camera.from_pose(camera.pose(), fov_y=camera.fov_y)
-    again = ssdo_gl.render("corner", camera=made, aov="position_ws", size=SIZE)
-    np.testing.assert_allclose(again, views[1].images["position_ws"], atol=1e-4)
+    (again,) = ssdo_gl.render_views("corner", [made], aov="position_ws", size=SIZE)
+    before = views[1].images["position_ws"]
+    np.testing.assert_allclose(again.images["position_ws"], before, atol=1e-4)
+
+
+def test_each_view_is_the_picture_of_its_camera_alone(views):
+    with ssdo_gl.Renderer(
+        ssdo_gl.load_scene("corner"), ssdo_gl.Settings(size=SIZE)
+    ) as renderer:  # fmt: skip
+        for view, camera in zip(views, CAMERAS, strict=True):
+            alone = renderer.render(view.images, camera=camera).images
+            for name, image in view.images.items():
+                np.testing.assert_array_equal(image, alone[name])
 
 
 def test_all_images_and_files_have_the_matrices(tmp_path):
-    settings = ssdo_gl.Settings(size=(8, 6), samples=8)
-    with ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), settings) as renderer:
-        view = renderer.render(image_names(), camera=CAMERAS[0])
-    assert set(view.images) == set(image_names())
-    view.save(tmp_path / "view.npz")
+    views = ssdo_gl.render_views("corner", CAMERAS[:1], aov="all", size=(8, 6), samples=8)
+    for view in views:
+        assert set(view.images) == set(image_names())
+        view.save(tmp_path / "view.npz")
     with np.load(tmp_path / "view.npz") as file:
         camera = json.loads(str(file["meta"]))["camera"]
     np.testing.assert_array_equal(camera["intrinsics"], CAMERAS[0].intrinsics((8, 6)))
@@ -110,3 +123,23 @@ def test_files_of_the_command_have_them_too(tmp_path, monkeypatch, flags, name):
     np.testing.assert_allclose(camera["intrinsics"], CAMERAS[0].intrinsics((8, 6)))
     wanted = ssdo_gl.Camera.look_at((2, 1.5, 3), fov_y=50).extrinsics("opencv")
     np.testing.assert_allclose(camera["extrinsics_opencv"], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"cameras": [CAMERAS[0], (0, 0, 4)]}, SettingError, r"cameras\[1\]: expected a Camera"),
+        ({"cameras": CAMERAS[0]}, SettingError, "cameras = Camera.*: expected several Cameras"),
+        ({"aov": ["depht"]}, SettingError, "image 'depht': choose of"),
+        ({"source": "nowhere"}, SceneError, "no built-in scene is called 'nowhere'"),
+        ({"samples": 0}, SettingError, "samples = 0"),
+    ],
+)
+def test_faults_are_told_before_anything_is_drawn(arguments, error, message):
+    with pytest.raises(error, match=message):
+        ssdo_gl.render_views(**{"source": "corner", "cameras": CAMERAS, **arguments})
+
+
+def test_the_documented_example_runs():
+    results = doctest.testmod(ssdo_gl.headless.many_views)
+    assert results.attempted >= 4 and results.failed == 0

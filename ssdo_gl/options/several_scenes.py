@@ -1,9 +1,9 @@
-"""The scenes of a batch: which they are, and what each is to be written to."""
+"""Several scenes in one command: which they are, and what each is to be written to."""
 
 from __future__ import annotations
 
 import glob
-import os.path
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -12,32 +12,43 @@ from pathlib import Path, PurePath
 from ssdo_gl.images.files import SUFFIXES, image_paths
 from ssdo_gl.options.flags import STREAM, CommandLine, UsageError, wanted_aovs
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
+from ssdo_gl.settings import modes
 
 # Stands for a scene's name in an output's.
-_NAME = "{name}"
+NAME = "{name}"
 
 
 def one_by_one(command: CommandLine) -> list[CommandLine]:
-    """Return a snapshot of each scene of a batch, with outputs of its own.
+    """Return a command for each scene, with outputs of its own.
 
     In an output's name ``{name}`` is the scene's, without folder, and without suffix unless
-    another scene would then have the same name.
+    another scene would then have the same name; an output that is a folder gets a file of
+    that name. Pictures of a batch are snapshots.
 
     Raises
     ------
     UsageError
-        If two scenes would be written to one file, or no file matches a pattern.
+        If two scenes would be written to one file, or are not rendered but shown; or if no
+        file matches a pattern of a batch.
     """
-    scenes, run = tuple(_matching(command.scenes)), command.run
-    out = _batch_out(run.out)
-    if run.stats is not None and _NAME not in run.stats:
-        raise UsageError(f"--stats {run.stats}: a batch needs a name with {_NAME}")
+    scenes, run = command.scenes, command.run
+    if run.batch:
+        scenes = tuple(_matching(scenes))
+    elif (len(scenes) > 1 or STREAM in scenes) and not run.active <= modes.HEADLESS:
+        shown = "- (standard input)" if len(scenes) == 1 else f"{len(scenes)} scenes"
+        raise UsageError(f"{shown}: belongs to --snapshot OUT, --explain or --batch")
+    out, flag = (_batch_out(run.out), "--out") if run.batch else (run.snapshot, "--snapshot")
+    are_several = len(scenes) > 1
+    names = _names(scenes)
     commands = []
-    for scene, name in _names(scenes).items():
-        stats = None if run.stats is None else run.stats.replace(_NAME, name)
-        own = replace(run, snapshot=out.replace(_NAME, name), stats=stats)
+    for scene in scenes:
+        own = replace(
+            run,
+            snapshot=_own(out, names[scene], flag, ".png", are_several),
+            stats=_own(run.stats, names[scene], "--stats", ".json", are_several),
+        )
         commands.append(replace(command, scenes=(scene,), run=own))
-    _check_apart(commands)
+    _check_apart(commands, flag)
     return commands
 
 
@@ -53,8 +64,6 @@ def _matching(words: Iterable[str]) -> Iterator[str]:
     suffixes = (*scene_suffixes(), *model_suffixes())
     seen = set()
     for word in words:
-        if word == STREAM:
-            raise UsageError("--batch -: standard input belongs to --snapshot OUT or --explain")
         found = [word]
         if glob.has_magic(word) and not os.path.exists(word):
             # A folder of models holds their textures, too.
@@ -75,30 +84,52 @@ def _batch_out(out: str | None) -> str:
     """Return the name, with a place for the scene's, of a batch's pictures."""
     if not out:
         raise UsageError("--batch needs --out DIR")
-    if _NAME in out:
+    if NAME in out:
         return out
     if out.lower().endswith(SUFFIXES):
-        raise UsageError(f"--out {out}: expected a folder, or names as DIR/{_NAME}.png")
-    return str(Path(out) / f"{_NAME}.png")
+        raise UsageError(f"--out {out}: expected a folder, or names as DIR/{NAME}.png")
+    return str(Path(out) / f"{NAME}.png")
 
 
 def _names(scenes: Iterable[str]) -> dict[str, str]:
     """Return the name of each scene in those of its outputs."""
     paths = {scene: PurePath(scene.replace("\\", "/")) for scene in scenes}
     counts = Counter(path.stem for path in paths.values())
-    return {
+    names = {
         scene: path.stem if counts[path.stem] == 1 else path.name for scene, path in paths.items()
     }
+    return {**names, STREAM: "stdin"}
 
 
-def _check_apart(commands: Iterable[CommandLine]) -> None:
+def _own(out: str | None, name: str, flag: str, suffix: str, are_several: bool) -> str | None:
+    """Return the output of the scene of a name."""
+    if out is None:
+        return None
+    if NAME in out:
+        return out.replace(NAME, name)
+    if out.endswith(("/", os.sep)) or (are_several and os.path.isdir(out)):
+        return str(Path(out) / f"{name}{suffix}")
+    if are_several:
+        raise UsageError(
+            f"{flag} {out}: several scenes need a folder that exists, or a name with {NAME}, as "
+            f"out_{NAME}{suffix}"
+        )
+    return out
+
+
+def _check_apart(commands: Iterable[CommandLine], flag: str) -> None:
     """Refuse two scenes that would be written to one file."""
     first: dict[Path, str] = {}
     for item in commands:
-        for path in files_of(item):
+        files = files_of(item)
+        for path in files:
             if path in first:
+                is_stats = item.run.stats is not None and path == Path(item.run.stats)
+                if files.count(path) > 1:
+                    raise UsageError(f"--stats {path}: the picture is written there; name a .json")
+                cure = "; render them into two folders" if item.run.batch else ""
                 raise UsageError(
-                    f"--batch: {first[path]} and {item.scene} would both be written to {path};"
-                    " render them into two folders"
+                    f"{'--stats' if is_stats else flag}: {first[path]} and {item.scene} would both"
+                    f" be written to {path}{cure}"
                 )
             first[path] = item.scene
