@@ -334,6 +334,8 @@ class FrameLog:
 
 def _report(name: str, rows: Sequence[PassTiming], reason: str) -> PassReport:
     ran = [row for row in rows if row.ran]
+    if not any(row.was_made for row in rows):
+        return PassReport(name, False, f"nothing read it this time: {reason}")
     if not ran:
         return PassReport(name, False, f"unchanged, kept: {reason}", was_kept=True)
     if len(ran) == 1:

@@ -39,17 +39,20 @@ class PassTiming(NamedTuple):
     Attributes
     ----------
     ran : bool
-        False if its result of an earlier frame still held.
+        False if its result of an earlier frame still held, or nothing read it.
     gpu_ms : float or None
         Milliseconds by the executor's timer; None when timing was off or it was reused.
     cpu_ms : float
         Milliseconds until the pass had issued its commands.
+    was_made : bool
+        Whether it has ever run for what this frame shows.
     """
 
     name: str
     ran: bool
     gpu_ms: float | None
     cpu_ms: float
+    was_made: bool = True
 
 
 class Executor:
@@ -152,7 +155,8 @@ class Executor:
                 if item.spares:
                     stale = self._stale(steps, identities, result.facts)
             else:
-                timings.append(PassTiming(item.name, False, None, 0.0))
+                was_made = self._results.has_made(item.name, identities[item.name])
+                timings.append(PassTiming(item.name, False, None, 0.0, was_made))
             if (made := present.get(item.name)) is not None:
                 textures.update(made.textures)
                 if made.facts:

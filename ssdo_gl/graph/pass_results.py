@@ -203,6 +203,11 @@ class PassResults:
         target = self.pool.target(list(borrowed.values()), depth=step.item.needs_depth)
         return KeptResult(-1, dict(borrowed), borrowed, step.formats, target)
 
+    def has_made(self, name: str, identity: int) -> bool:
+        """Return whether a pass has run for what has this identity."""
+        result = self.present.get(name)
+        return result is not None and result.identity == identity
+
     def lend_on(self, step: Step) -> None:
         """Give back the textures whose last reader is the pass that has just run."""
         for name, resource in step.lends:
