@@ -25,6 +25,8 @@ def test_a_scene_s_cost():
         "glow_tree", "emitters", "emitters_filter",
         # The sum of the terms is written as a display shows it.
         "tone_map",
+        # Of a picture of one frame rays tell all light, from wherever they meet a surface.
+        "cached_irradiance", "sender_radiance",
     }  # fmt: skip
     assert cost.passes_possible - cost.passes_run == len(spared)
     assert 0.0 < cost.planning_ms < cost.replanning_ms

@@ -7,11 +7,12 @@ import pytest
 from shaders.harness import evaluate
 
 from ssdo_gl.gpu.texture import make_texture
-from ssdo_gl.passes.environment_uniforms import environment_kind
+from ssdo_gl.passes.environment_uniforms import environment_defines
 from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,
+    kind_of,
 )
 
 INCLUDES = ["lib/environment.glsl"]
@@ -43,10 +44,9 @@ def sphere_points(rows=400, columns=800):
 
 
 def test_kinds_are_numbered_as_the_shader_knows_them():
-    assert environment_kind(None) == 0
-    assert environment_kind(ConstantEnvironment((1, 1, 1))) == 1
-    assert environment_kind(GRADIENT) == 2
-    assert environment_kind(MapEnvironment(np.ones((2, 4, 3), np.float32))) == 3
+    image = MapEnvironment(np.ones((2, 4, 3), np.float32))
+    for number, environment in enumerate([None, ConstantEnvironment((1, 1, 1)), GRADIENT, image]):
+        assert environment_defines(kind_of(environment)) == {"ENVIRONMENT_KIND": number}
 
 
 @pytest.mark.parametrize("kind", [0, 1, 2])
