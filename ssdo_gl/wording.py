@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import re
 import unicodedata
 from collections.abc import Iterable
 from typing import Any
@@ -34,6 +35,11 @@ def suggestion(name: str, known: Iterable[str], *, lists: bool = True) -> str:
     if not lists:
         return ""
     return f"; choose one of {', '.join(names)}" if names else "; none is known here"
+
+
+def comma_hint(text: str) -> str:
+    """Return the end of a message on what should be numbers, if they have decimal commas."""
+    return "; decimals take a point, not a comma" if re.search(r"\d,\d", text) else ""
 
 
 def counted(number: int, noun: str) -> str:

@@ -83,6 +83,27 @@ def test_a_bad_model_is_refused_in_one_line(
         assert part in message
 
 
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.obj", "mtllib a.mtl\nusemtl red\n" + OBJ),
+        ("a.obj", "v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ("a.off", "OFF\n3 1 0\n0,5 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+        (
+            "a.ply",
+            (
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                "property float z\nend_header\n0,5 0 0\n"
+            ),
+        ),
+        ("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0,5 0 0\nvertex 1 0 0\n"),
+    ],
+)
+def test_decimal_commas_are_named(name: str, content: str, write: Write, error_of: ErrorOf) -> None:
+    message = error_of(write({"a.mtl": "newmtl red\nKd 0,5 0 0\n", name: content}))
+    assert message.endswith("decimals take a point, not a comma")
+
+
 def test_truncation_anywhere_is_one_line(write: Write, glb, tmp_path: Path) -> None:
     glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
     whole = glb.bytes()

@@ -97,3 +97,16 @@ def test_binary_stl_with_a_wrong_count_says_so(tmp_path, count, drawn):
     assert scene.triangle_count == drawn
     named = f"the file says it has {count} facets and holds 4: {drawn} are drawn"
     assert (named in scene.notes) == (count != 4)
+
+
+def test_ply_whose_header_is_indented(tmp_path):
+    header = (
+        "ply\n\t comment x \n  format  binary_little_endian \t1.0  \n\n element  vertex 4\n"
+        "\tproperty float \t x\n  property float y \nproperty\tfloat z\n  element face\t4\n"
+        " property   list uchar  int vertex_indices\t\n \t end_header \t\n"
+    )
+    data = header.encode() + b"".join(struct.pack("<3f", *corner) for corner in CORNERS)
+    data += b"".join(struct.pack("<B3i", 3, *face) for face in FACES)
+    path = tmp_path / "a.ply"
+    path.write_bytes(data)
+    assert area_of(path) == pytest.approx(AREA)

@@ -67,6 +67,13 @@ def test_points_and_faces_of_an_obj_file_are_both_drawn(tmp_path):
     assert any("1 line" in note for note in scene.notes)
 
 
+def test_points_may_have_texture_coordinates_and_normals_as_corners_have(tmp_path):
+    text = "v 0 0 0\nv 4 0 0\nvt 0 0\nvn 0 0 1\np 1//1 2/1/1\np -1/-1\n"
+    scene = loaded(tmp_path, "points.obj", text)
+    (bodies,) = scene.meshes
+    assert sorted(map(tuple, np.round(centers(bodies), 9))) == [(0, 0, 0), (4, 0, 0), (4, 0, 0)]
+
+
 def test_an_obj_file_of_vertices_alone_is_a_cloud(tmp_path):
     text = "".join(f"v {x} {y} {z}\n" for x, y, z in CUBE)
     assert loaded(tmp_path, "cloud.obj", text).triangle_count == 8 * 8

@@ -65,6 +65,7 @@ class Poses:
         looks = self.rig.looks if self.moves(shape) else [0.0]
         for seconds in looks:
             vertices = self.of(shape, seconds)
-            if np.count_nonzero(np.ptp(vertices.positions, axis=0)) > 1:
+            places = vertices.positions
+            if len(places) and np.count_nonzero(np.ptp(places, axis=0)) > 1:
                 return vertices
         return self.of(shape, 0.0)

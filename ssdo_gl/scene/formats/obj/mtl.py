@@ -18,6 +18,7 @@ from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.wording import comma_hint
 
 # Cut-out masks of .mtl files carry no threshold of their own.
 CUTOFF = 0.5
@@ -233,7 +234,9 @@ def _color(
         numbers *= 3
     if len(numbers) != 3 or not all(0.0 <= n <= LARGEST_NUMBER for n in numbers):
         shown = " ".join([key.capitalize(), *words])[:80]
-        raise SceneError(f"{where}: {shown!r}: expected three finite numbers >= 0")
+        raise SceneError(
+            f"{where}: {shown!r}: expected three finite numbers >= 0{comma_hint(shown)}"
+        )
     if xyz:
         numbers = np.maximum(RGB_FROM_XYZ @ numbers, 0.0).tolist()
     return numbers[0], numbers[1], numbers[2]

@@ -24,7 +24,7 @@ from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene_error import SceneError
-from ssdo_gl.wording import counted
+from ssdo_gl.wording import comma_hint, counted
 
 # Elements that are not drawn; two-cornered faces are lines.
 _NOT_DRAWN = {"l": "line", "curv": "curve", "surf": "surface"}
@@ -198,9 +198,11 @@ def _parse(path: Path, where: str) -> _Contents:
             contents.libraries.append(remainder(line))
         elif key == "p":
             place = f"{where}: line {number}"
-            contents.points += [
+            # Some write texture coordinates or normals behind, as in faces.
+            corners = (
                 _absolute(word, contents, place) if "-" in word else word for word in words[1:]
-            ]
+            )
+            contents.points += [corner.split("/", 1)[0] for corner in corners]
         elif key in _NOT_DRAWN:
             what = _NOT_DRAWN[key]
             contents.not_drawn[what] = contents.not_drawn.get(what, 0) + 1
@@ -293,7 +295,9 @@ def _numbers(rows: list[list[str]], count: int, key: str, where: str) -> FloatAr
     except ValueError:
         bad = next((row for row in rows if not _are_numbers(row[:count], count)), [])
         text = " ".join([key, *bad])[:60]
-        raise SceneError(f"{where}: {text!r}: expected {count} numbers after {key!r}") from None
+        raise SceneError(
+            f"{where}: {text!r}: expected {count} numbers after {key!r}{comma_hint(text)}"
+        ) from None
     if rows and array.shape[1] != count:
         text = " ".join([key, *rows[0]])[:60]
         raise SceneError(f"{where}: {text!r}: expected {count} numbers after {key!r}")

@@ -10,6 +10,7 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.colors import linear_colors
 from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
+from ssdo_gl.wording import comma_hint
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,8 @@ def _vertex_rows(
         return np.array(words[: width * count], dtype=np.float64).reshape(count, width), at
     except ValueError as error:
         if "convert" in str(error):
-            raise ValueError("a vertex holds something else than numbers") from None
+            hint = comma_hint(str(error))
+            raise ValueError(f"a vertex holds something else than numbers{hint}") from None
         raise
 
 

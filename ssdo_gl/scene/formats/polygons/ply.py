@@ -97,7 +97,7 @@ def _header(data: bytes) -> tuple[list[_Element], list[str], str, bytes]:
         raise ValueError("it does not begin with a line 'ply'")
     # The first byte of a binary body may look like half of another line end.
     line_end = rb"\r?\n" if start[1] == b"\n" else re.escape(start[1])
-    end = re.search(rb"(?:^|[\r\n])end_header[ \t]*(?:" + line_end + rb"|$)", data)
+    end = re.search(rb"(?:^|[\r\n])[ \t]*end_header[ \t]*(?:" + line_end + rb"|$)", data)
     if end is None:
         raise ValueError("the header has no end_header")
     elements: list[_Element] = []

@@ -16,6 +16,7 @@ from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.wording import comma_hint
 
 
 def numbers(text: bytes) -> NDArray[np.float64]:
@@ -41,7 +42,9 @@ def numbers(text: bytes) -> NDArray[np.float64]:
         except ValueError:
             if b"#" not in word:
                 shown = word[:40].decode("latin-1")
-                raise ValueError(f"{shown!r} stands where a number is expected") from None
+                raise ValueError(
+                    f"{shown!r} stands where a number is expected{comma_hint(shown)}"
+                ) from None
             result[index] = np.nan
     return result
 

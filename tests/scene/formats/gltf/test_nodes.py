@@ -118,3 +118,13 @@ def test_other_scenes_of_a_file_are_named(chosen, note, glb, tmp_path: Path) -> 
         if index != chosen:
             glb.json["scenes"][index]["nodes"] = []
     assert not any("drawn is" in text for text in load(glb, tmp_path).notes)
+
+
+@pytest.mark.parametrize("mode", [4, 5, 6])
+def test_a_primitive_without_vertices_is_left_out(
+    mode: int, glb: GlbWriter, tmp_path: Path
+) -> None:
+    empty = glb.accessor(np.zeros((0, 3), dtype="<f4"), "VEC3")
+    primitives = [{"mode": mode, "attributes": {"POSITION": empty}}, glb.triangle()]
+    glb.json["meshes"] = [{"primitives": primitives}]
+    assert load(glb, tmp_path).triangle_count == 1
