@@ -135,6 +135,10 @@ def _tuned(
             raise UsageError(
                 f"{flag} has no effect with --budget-ms or --max-error: they choose it"
             )
+    if modes.WINDOW in run.active:
+        from ssdo_gl.window.glfw_window import check_display
+
+        check_display()
     if run.budget_ms is not None:
         choice = choose_for_budget(
             scene, settings, run.budget_ms, camera=camera, backend=run.backend

@@ -8,6 +8,7 @@ import glfw
 
 from ssdo_gl.gpu.context import ContextError, Device, attach_to_window
 from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
+from ssdo_gl.gpu.glfw_use import errors_of
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import Events
 from ssdo_gl.window.input import gamepad_controls
@@ -15,6 +16,25 @@ from ssdo_gl.window.input import gamepad_controls
 # Events of one size follow another by milliseconds; asking takes microseconds.
 _SIZE_TRIES = 8
 _ADVICE = "to render without a display, use: ssdo-gl SCENE --snapshot OUT.png"
+
+
+def check_display() -> None:
+    """Refuse a window that nothing can show, before anything is done for it.
+
+    Raises
+    ------
+    ContextError
+        If there is no display.
+    """
+    with errors_of(glfw) as errors:
+        if not glfw.init():
+            raise _no_window("", errors)
+        glfw.terminate()
+
+
+def _no_window(kind: str, errors: list[str]) -> ContextError:
+    reason = "; ".join(dict.fromkeys(errors)) or "GLFW gives no reason"
+    return ContextError(f"no window{kind} ({reason}); {_ADVICE}")
 
 
 class GlfwWindow:
@@ -36,7 +56,7 @@ class GlfwWindow:
         glfw.set_error_callback(self._on_error)
         leave_full_disk_alone()
         if not glfw.init():
-            raise ContextError(f"no window ({self._fault()}); {_ADVICE}")
+            raise _no_window("", self._errors)
         glfw.default_window_hints()
         for hint, value in {
             glfw.CONTEXT_VERSION_MAJOR: 3,
@@ -53,7 +73,7 @@ class GlfwWindow:
         self._handle: Any = glfw.create_window(*size, title, None, None)
         if not self._handle:
             glfw.terminate()
-            raise ContextError(f"no window with OpenGL 3.3 core ({self._fault()}); {_ADVICE}")
+            raise _no_window(" with OpenGL 3.3 core", self._errors)
         glfw.make_context_current(self._handle)
         self.set_vsync(True)
         try:
@@ -193,9 +213,6 @@ class GlfwWindow:
         # The binding gives bytes, whatever its type hints say.
         text = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
         self._errors = [*self._errors[-7:], text]
-
-    def _fault(self) -> str:
-        return "; ".join(dict.fromkeys(self._errors)) or "GLFW gives no reason"
 
 
 def gamepad() -> Controls:

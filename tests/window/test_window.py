@@ -168,11 +168,13 @@ def test_without_imgui_bundle_the_window_still_works(server: XServer, tmp_path: 
         app.kill()
 
 
-def test_no_display_is_exit_code_3_with_a_hint(tmp_path: Path) -> None:
+# With a bound or a budget: before 10 s are taken to choose a setting by it.
+@pytest.mark.parametrize("flags", [[], ["--max-error", "0.05"], ["--budget-ms", "9"]])
+def test_no_display_is_exit_code_3_with_a_hint(tmp_path: Path, flags: list[str]) -> None:
     hidden = ("DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR")
     environment = {k: v for k, v in os.environ.items() if k not in hidden}
     done = subprocess.run(
-        COMMAND,
+        [sys.executable, "-m", "ssdo_gl", "corner", *flags],
         env=environment,
         cwd=tmp_path,
         capture_output=True,
@@ -180,6 +182,7 @@ def test_no_display_is_exit_code_3_with_a_hint(tmp_path: Path) -> None:
         timeout=DEADLINE_SECONDS,
     )
     assert done.returncode == 3
+    assert not done.stdout
     lines = done.stderr.strip().splitlines()
     assert len(lines) == 1, done.stderr
     assert "--snapshot" in lines[0]
