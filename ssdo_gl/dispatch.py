@@ -14,7 +14,7 @@ from ssdo_gl.options.flags import STREAM, CommandLine, UsageError, flag_infos
 from ssdo_gl.options.idle import check_used
 from ssdo_gl.options.resolve import chosen_camera, for_pictures, settings_for
 from ssdo_gl.options.run_options import RunOptions
-from ssdo_gl.process import EXIT_INTERRUPTED, EXIT_MISSED, EXIT_OK
+from ssdo_gl.process import EXIT_INTERRUPTED, EXIT_MISSED, EXIT_OK, notes_at_once
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings, modes
@@ -82,9 +82,10 @@ def carry_out(
     if options.active & modes.LIVE:
         _fly_through(command, scene, settings, camera, wanted[0])
         return EXIT_OK
-    if shots is not None:
-        return _film(command, scene, settings, camera, wanted, shots)
-    return _snapshot(options, scene, settings, camera, wanted, warm)
+    with notes_at_once(quiet=options.quiet):
+        if shots is not None:
+            return _film(command, scene, settings, camera, wanted, shots)
+        return _snapshot(options, scene, settings, camera, wanted, warm)
 
 
 def check_flags_used(

@@ -8,13 +8,14 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import Any, TextIO, cast
 
-from ssdo_gl.user_error import UserError
+from ssdo_gl.user_error import EarlyNote, UserError
 
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 EXIT_INTERRUPTED = 128 + signal.SIGINT
@@ -122,6 +123,30 @@ def exit_code(code: int, out: _Stream) -> int:
     out.flush()
     is_broken = code == 0 and out.fault is not None and _is_broken_pipe(out.fault)
     return EXIT_BROKEN_PIPE if is_broken else code
+
+
+@contextmanager
+def notes_at_once(*, quiet: bool) -> Iterator[None]:
+    """Print each `EarlyNote` in one line, none if `quiet`; other warnings stay as they are."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore" if quiet else "always", EarlyNote)
+        show = warnings.showwarning
+
+        def said(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, EarlyNote):
+                print(f"note: {message}", file=sys.stderr, flush=True)
+            else:
+                show(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = said
+        yield
 
 
 class Terminated(SystemExit):

@@ -9,6 +9,7 @@ import pytest
 from command_scenes import TINY
 
 from ssdo_gl.cli import main
+from ssdo_gl.passes.rays import accumulate
 
 
 @pytest.mark.parametrize(("more", "rays"), [([], 4), (["--spp", "6"], 6), (["--snapshot"], 256)])
@@ -21,8 +22,6 @@ def test_a_reference_that_is_only_explained_takes_few_rays(tmp_path, capsys, mor
 def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch):
     """The second draw is interrupted; the first one's samples are in the file."""
     draws = []
-    from ssdo_gl.passes.rays import accumulate
-
     draw = accumulate.draw_fullscreen
 
     def interrupted(*args, **kwargs):
@@ -62,8 +61,6 @@ def test_ctrl_c_before_a_reference_s_first_sample_leaves_no_file(tmp_path, capsy
 
 
 def test_a_frame_without_a_sample_does_not_darken_those_before_it(tmp_path, capsys, monkeypatch):
-    from ssdo_gl.passes.rays import accumulate
-
     draw, draws = accumulate.draw_fullscreen, []
 
     def counted(*args, **kwargs):
@@ -110,6 +107,37 @@ def test_a_view_without_surfaces_has_no_error(tmp_path, capsys, method):
     away = ["--camera", "0,0,100 0,0,200", "--spp", "4"]
     assert main(["corner", "--method", method, *away, "--snapshot", out, *TINY]) == 0
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_a_bound_out_of_reach_is_said_before_all_samples_are_drawn(
+    tmp_path, capsys, monkeypatch, quiet
+):
+    """It was said after a million of them: hours, without a word where no terminal is."""
+    for module in ("options.resolve", "passes.rays.accumulate"):
+        monkeypatch.setattr(f"ssdo_gl.{module}.MAX_SPP", 64)
+    said_by = []
+    draw = accumulate.draw_fullscreen
+
+    def drawn(*args, **kwargs):
+        said_by.append(capsys.readouterr().err)
+        draw(*args, **kwargs)
+
+    monkeypatch.setattr(accumulate, "draw_fullscreen", drawn)
+    command = [*REFERENCE, "--max-error", "1e-9", "--antialias", "2", *["--quiet"] * quiet]
+    assert main([*command, "--snapshot", str(tmp_path / "a.npz"), *TINY]) == 4
+    said = [i for i, text in enumerate(said_by) if text]
+    assert len(said) == (not quiet)
+    if said:
+        assert said[0] < len(said_by) / 2
+        (line,) = said_by[said[0]].splitlines()
+        assert "1e-07 % would take about" in line and "ends at 64" in line
+
+
+def test_a_bound_within_reach_is_said_to_be_nothing_else(tmp_path, capsys):
+    command = [*REFERENCE, "--max-error", "0.02", "--snapshot", str(tmp_path / "a.npz"), *TINY]
+    assert main(command) == 0
+    assert "would take" not in capsys.readouterr().err
 
 
 def test_a_reference_goes_on_until_its_bound_holds(tmp_path, capsys):

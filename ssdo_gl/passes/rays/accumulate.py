@@ -8,6 +8,7 @@ assuming anything about how low-discrepancy points converge.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,8 @@ from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.rays.ray_libraries import stream_of
+from ssdo_gl.settings.settings import MAX_SPP
+from ssdo_gl.user_error import EarlyNote
 
 # Rays in one draw. 2^24 take up to two seconds on two cores of llvmpipe, which has no
 # watchdog, and a tenth of that on the slowest graphics processor: watchdogs fire after two
@@ -137,6 +140,7 @@ class Sums:
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int], count: int) -> None:
         self.size = size
+        self.is_hopeless = False
         self.textures = [[make_texture(gl, size, 4, "f4") for _ in range(count)] for _ in range(2)]
         self.targets = [make_framebuffer(gl, textures) for textures in self.textures]
         self.done: list[dict[Tile, int]] = [{}, {}]
@@ -233,6 +237,8 @@ def _draw_all(
                 excess = _largest_error(context, sums, outputs) / schedule.max_error
                 if excess <= 1.0:
                     return "max_error"
+                if not context.frame.is_live:
+                    _say_if_hopeless(sums, schedule, label, 2 * (first + count), excess)
                 # Errors fall with the square root of the work; looked at again after as much.
                 total = math.ceil(min(most, step * max(2.0, excess**2)))
     except KeyboardInterrupt:
@@ -240,6 +246,23 @@ def _draw_all(
             raise
         return "interrupt"
     return "spp"
+
+
+def _say_if_hopeless(sums: Sums, schedule: Schedule, label: str, spp: int, excess: float) -> None:
+    """Say once that the bound is out of reach of all samples there may be.
+
+    It is where even an error that fell with their number, not with its root, stayed above.
+    """
+    if sums.is_hopeless or schedule.spp < MAX_SPP or spp * excess <= schedule.spp:
+        return
+    sums.is_hopeless = True
+    bound = 100.0 * (schedule.max_error or 0.0)
+    text = (
+        f"{label}: {spp} samples per pixel leave a relative standard error of "
+        f"{bound * excess:.2g} %; {bound:.3g} % would take about {spp * excess**2:.0e}, "
+        f"and it ends at {schedule.spp}"
+    )
+    warnings.warn(text, EarlyNote, stacklevel=2)
 
 
 def _is_power_of_two(number: int) -> bool:
