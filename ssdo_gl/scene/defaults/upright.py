@@ -23,13 +23,14 @@ _ON_PLATE = 1e-3
 def guessed_up(meshes: Sequence[Mesh], usual: str) -> tuple[str, str]:
     """Return the axis, y or z, that points up, and what tells.
 
-    The axis at whose low end the larger flat foot is; or the one whose coordinate begins at
-    0 while the other's does not; of parts (`usual` z) the one that they are thin along;
-    else `usual`, that of the format.
+    The axis at whose low end the larger flat foot is, on which it does not fall over; or the
+    one whose coordinate begins at 0 while the other's does not; of parts (`usual` z) the one
+    that they are thin along; else `usual`, that of the format.
     """
     bounds = [mesh.bounds() for mesh in meshes]
     low, high = np.min([low for low, _ in bounds], axis=0), np.max([h for _, h in bounds], axis=0)
-    feet = {name: _foot(meshes, axis, low, high) for name, axis in _AXES.items()}
+    middle = _middle(meshes)
+    feet = {name: _foot(meshes, axis, low, high, middle) for name, axis in _AXES.items()}
     for name, other in (("y", "z"), ("z", "y")):
         if feet[name] > feet[other] + _CLEARLY:
             return name, "its flat foot"
@@ -46,10 +47,26 @@ def guessed_up(meshes: Sequence[Mesh], usual: str) -> tuple[str, str]:
     return usual, "the custom of its format"
 
 
-def _foot(meshes: Sequence[Mesh], axis: int, low: FloatArray, high: FloatArray) -> float:
-    """Return which share of the box' low side is covered by what faces it."""
+def _middle(meshes: Sequence[Mesh]) -> FloatArray:
+    """Return the middle of the surface."""
+    total, weighted = 0.0, np.zeros(3)
+    for mesh in meshes:
+        corners = mesh.positions[mesh.triangles]
+        doubled = np.linalg.norm(doubled_area_vectors(corners), axis=1)
+        total += float(doubled.sum())
+        weighted += doubled @ corners.mean(axis=1)
+    return weighted / total
+
+
+def _foot(
+    meshes: Sequence[Mesh], axis: int, low: FloatArray, high: FloatArray, middle: FloatArray
+) -> float:
+    """Return which share of the box' low side is covered by what faces it, 0 if all of it is
+    to one side of the middle: a bumper of a car is no foot.
+    """
     extent = high - low
     area = 0.0
+    first, last = high.copy(), low.copy()
     for mesh in meshes:
         at_bottom = mesh.positions[:, axis] <= low[axis] + _FOOT_HEIGHT * extent[axis]
         corners = corners_within(mesh.positions[None], mesh.triangles, at_bottom[None])
@@ -57,6 +74,11 @@ def _foot(meshes: Sequence[Mesh], axis: int, low: FloatArray, high: FloatArray) 
         doubled = np.linalg.norm(cross, axis=1)
         faces_down = -cross[:, axis] > _FACES_DOWN * doubled
         area += 0.5 * float(doubled[faces_down].sum())
+        first = np.minimum(first, corners[faces_down].min(axis=(0, 1), initial=np.inf))
+        last = np.maximum(last, corners[faces_down].max(axis=(0, 1), initial=-np.inf))
+    beneath = np.delete((first <= middle) & (middle <= last), axis)
+    if not beneath.all():
+        return 0.0
     floor = float(np.prod(np.delete(extent, axis)))
     return area / floor if floor > 0.0 else 0.0
 

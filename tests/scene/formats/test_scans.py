@@ -47,6 +47,21 @@ def test_a_cone_on_the_plane_z_stands_upright(cone: Path) -> None:
         assert tip[axis] == pytest.approx(high[axis], abs=1e-6) and high[axis] > low[axis]
 
 
+@pytest.mark.parametrize(("width", "axis"), [(0.3, "y"), (2.5, "z")])
+def test_what_a_scan_would_fall_over_from_is_no_foot(
+    tmp_path: Path, width: float, axis: str
+) -> None:
+    """A shell of front, roof and a strip that looks along -z: cars were stood on bumpers."""
+    rows = [(0, 5), (3, 5), (3, 0), (3 - width, 0)]
+    corners = np.array([(x, y, z) for y, z in rows for x in (0, 4)], dtype=float)
+    faces = np.array(
+        [(k, k + 1, k + 3) for k in (0, 2, 4)] + [(k, k + 3, k + 2) for k in (0, 2, 4)]
+    )
+    path = tmp_path / "a.off"
+    path.write_text(off(Mesh(corners, faces)))
+    assert any(f"up is +{axis}, guessed" in note for note in load_scene(path).notes)
+
+
 def test_the_y_axis_is_up_where_the_foot_is_there(tmp_path: Path) -> None:
     box = shapes.cone(24)
     turned = Mesh(box.positions @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0.0]]).T, box.triangles)
