@@ -33,6 +33,8 @@ _PLACES, _HEADINGS, _TILTS, _PICTURE_HEADINGS = 5, 36, (-0.35, 0.0, 0.35), 9
 _BACKS, _SIDES, _SLOPE = 0.7, 8, 0.3
 # It has a floor, so large a share of its plan; a body whose faces are wound inward has none.
 _LEAST_FLOOR = 0.3
+# It encloses so large a share of its box; most bodies less.
+_LEAST_SPACE = 0.25
 # Of more triangles the larger ones tell that.
 SHELL_TRIANGLES = 1 << 13
 # A room is hidden where half of what is seen from outside is a wall within this share of the
@@ -103,7 +105,9 @@ class Interior:
         return chosen
 
     def is_inside_out(self) -> bool:
-        """Return whether it has a floor and shows the backs of its walls to most places outside."""
+        """Return whether it has floor and space and shows most places outside its walls' backs."""
+        if self._space() < _LEAST_SPACE * float(np.prod(self.high - self.low)):
+            return False
         if self._floor_area() < _LEAST_FLOOR * float(np.prod((self.high - self.low)[[0, 2]])):
             return False
         steps = np.array([0.1, 0.5, 0.9])
@@ -197,6 +201,11 @@ class Interior:
         is_level = np.abs(math3d.normalized(np.cross(b - a, c - a))[:, 1]) > _LEVEL
         is_floor = is_level & (heights < _FLOOR * (self.high[1] - self.low[1]))
         return float(is_floor.sum()) / max(len(heights), 1)
+
+    def _space(self) -> float:
+        """Return the volume before the fronts; of missing walls as much as the middle tells."""
+        a, b, c = np.moveaxis(self.corners - 0.5 * (self.low + self.high), 1, 0)
+        return float(np.einsum("ij,ij->", a, np.cross(c, b))) / 6.0
 
     def _floor_area(self) -> float:
         """Return the area of what is level and low, fronts and backs alike."""

@@ -150,6 +150,17 @@ def test_a_body_that_is_wound_inward_is_seen_from_outside() -> None:
     assert np.linalg.norm(camera.position) > 1.5
 
 
+def test_a_body_with_a_floor_and_little_space_is_seen_from_outside() -> None:
+    """Parts of machines, wound inward, were looked at from within their metal."""
+    box = shapes.box()
+    sizes = [([2.0, 0.1, 2.0], [0.0, 0.0, 0.0])]
+    sizes += [([0.1, 0.6, 0.1], [x, 0.3, z]) for x in (-0.8, 0.8) for z in (-0.8, 0.8)]
+    meshes = [Mesh(box.positions * size + place, box.triangles[:, ::-1]) for size, place in sizes]
+    objects = [SceneObject(index, 0, np.eye(4)[None]) for index in range(len(meshes))]
+    camera = frame(Surfaces(meshes, objects, [TWO_SIDED]), 40.0, 0.0)
+    assert np.linalg.norm(camera.position) > 1.5
+
+
 def test_a_file_of_it_is_lit_within(tmp_path: Path) -> None:
     triangles = np.concatenate([shell(), table()])
     lines = [f"v {x} {y} {z}" for x, y, z in triangles.reshape(-1, 3)]
