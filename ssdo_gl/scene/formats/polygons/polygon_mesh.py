@@ -111,8 +111,10 @@ class PolygonMesh:
     def _texture(self, number: int, model: Model, path: Path, where: str) -> Texture | None:
         if number >= len(self.textures):
             return None
+        # So MeshLab calls the model's own name.
+        name = self.textures[number].replace("<this>", path.stem)
         try:
-            file = contained_file(path, self.textures[number], f"{where}: TextureFile")
+            file = contained_file(path, name, f"{where}: TextureFile")
             return model.texture(file, where)
         except SceneError as error:
             model.note(f"texture not used: {error}")

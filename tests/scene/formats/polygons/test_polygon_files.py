@@ -58,12 +58,13 @@ def test_text_is_rounded_as_binary_is(write: Write) -> None:
     assert read_model(write({"a.ply": text}), "a").meshes[0].positions[2, 1] == 0.1
 
 
-def test_a_texture_file_is_shown(write: Write) -> None:
+@pytest.mark.parametrize("name", ["my wood.png", "<this>_wood.png"])
+def test_a_texture_file_is_shown(write: Write, name: str) -> None:
     text = header(
         "ascii", 4, faces(1), "property float s\nproperty float t\n",
-        "comment TextureFile my wood.png\n",
+        f"comment TextureFile {name}\n",
     ) + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 0.75\n0 1 0 0 0.75\n4 0 1 2 3\n"  # fmt: skip
-    model = read_model(write({"my wood.png": plain_png(ORANGE), "a.ply": text}), "a")
+    model = read_model(write({name.replace("<this>", "a"): plain_png(ORANGE), "a.ply": text}), "a")
     texture = model.materials[0].albedo_texture
     assert texture is not None
     assert texture.pixels[0, 0].tolist() == [*ORANGE, 255]
