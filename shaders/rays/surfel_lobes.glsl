@@ -14,7 +14,7 @@ const int SURFEL_QUARTERS = 4;
 const float EVEN_SPREAD = 0.099;
 // Lobes are no narrower: rays of pixels and surfels would find them by chance. What layers send is
 // less, and so are its dots.
-const float LEAST_LOBE = 0.2;
+const float LEAST_LOBE = 0.12;
 const float LEAST_LOBE_OF_LAYER = 0.05;
 const float LEAST_COSINE = 0.02;
 // Of radiance that rises evenly along the surface, over that of the mean direction.
@@ -94,7 +94,11 @@ float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float roughness, ve
     vec3 h = half_vector(normal, w_out, w_in);
     float lobe = ggx_distribution(normal, h, wide) * smith_visibility(cos_out, cos_in, wide);
     lobe *= reflected_by_layer(layer, cos_in, roughness) / sent_by_lobe(cos_in, wide);
-    return sum * mix(lobe, even * INV_PI, min(quarter.w * (1.0 / EVEN_SPREAD), 1.0));
+    // A lobe is widened as far as light that spreads less than even light needs. What layers mirror is
+    // little, and blended at once as right.
+    float evenness = min(quarter.w * (1.0 / EVEN_SPREAD), 1.0);
+    evenness = is_all_layer(layer) ? evenness * evenness * evenness * evenness : evenness;
+    return sum * mix(lobe, even * INV_PI, evenness);
 }
 
 // What of the light of sources and sky is sent towards w_out. Without a layer the loop has no turns:
