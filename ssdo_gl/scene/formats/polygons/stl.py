@@ -58,14 +58,16 @@ def _colors(header: bytes, attribute: NDArray[np.uint16]) -> FloatArray | None:
 
     Five bits for each channel. VisCAM and SolidView: blue lowest, bit 15 marks a
     colour. Materialise Magics, which writes ``COLOR=`` and four bytes for the whole
-    into the header: red lowest, bit 15 marks facets without a colour of their own.
+    into the header: red lowest, bit 15 marks facets without a colour of their own. Where
+    no facet has a bit, as others write it, none has a colour of its own: it is no black.
     """
     marked = (attribute >> 15) == 1
     channels = np.stack([attribute >> shift & 31 for shift in (10, 5, 0)], axis=1) / 31.0
     place = header.find(b"COLOR=")
     if 0 <= place <= len(header) - 10:
         whole = np.frombuffer(header, np.uint8, 3, place + 6) / 255.0
-        return linear_colors(np.where(marked[:, None], whole, channels[:, ::-1]))
+        is_plain = marked | (not attribute.any())
+        return linear_colors(np.where(is_plain[:, None], whole, channels[:, ::-1]))
     if not marked.any():
         return None
     colors = linear_colors(channels)

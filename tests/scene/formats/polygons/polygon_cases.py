@@ -292,6 +292,7 @@ CASES = {
         ".stl", stl([1 << 15 | 31, 1 << 15 | 31 << 10 | 16 << 5]), 1.0,
         frozenset({BLUE, (255, 132, 0)}),
     ),
+    "Materialise colour of all": Case(".stl", stl([0, 0], MAGICS), 1.0, ONE),
     "Materialise colours": Case(".stl", stl([1 << 15, FIVE_BIT_BLUE], MAGICS), 1.0, BOTH),
     "text STL": Case(".stl", text_stl(b"part"), 1.0),
     "latin-1 name": Case(".stl", text_stl(b"caf\xe9"), 1.0),
