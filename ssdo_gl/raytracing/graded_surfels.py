@@ -57,13 +57,13 @@ def graded(surfels: Surfels, bvh: Bvh, most: int, glowing: IntArray) -> Surfels:
     if not (surfels.finest or np.any(glowing)):
         return surfels
     patches = patches_of(bvh)
-    least, share = surfels.finest or np.inf, EDGE_SHARE
+    least, most_parts = surfels.finest or np.inf, float(MOST_EDGE_PARTS)
     faces = list(_cut_sides(surfels, bvh, patches, glowing))
     while faces:
-        cuts = [cut for face in faces for cut in face.cuts(least, share)]
+        cuts = [cut for face in faces for cut in face.cuts(least, most_parts)]
         if sum(len(cut.texels) for cut in cuts) <= most:
             return _appended(surfels, bvh, patches, cuts) if cuts else surfels
-        least, share = GROWTH * least, GROWTH * share
+        least, most_parts = GROWTH * least, max(most_parts / GROWTH, 1.0)
     return surfels
 
 
@@ -98,10 +98,11 @@ class _CutSide:
     widths: FloatArray
     lamps: FloatArray
 
-    def cuts(self, least: float, share: float) -> Iterator[_Cut]:
+    def cuts(self, least: float, most_parts: float) -> Iterator[_Cut]:
         """Yield how its texels are cut, widest first, down to about a width of `least`.
 
-        At lamps' edges down to a `share` of their distance.
+        At lamps' edges into `most_parts` at most: were all parts to grow alike, lamps at a
+        millimetre would take those of others.
         """
         grid, width, depth = self.grid, self.edges / self.grid, 0
         texels = _places(grid)
@@ -109,7 +110,7 @@ class _CutSide:
             is_near = np.zeros(len(texels), dtype=bool)
             if width.max() > COARSER * least:
                 is_near = self._near(grid, width)[texels[:, 1], texels[:, 0]]
-            wanted = np.where(is_near[:, None], 1, self._at_lamps(texels, width, share))
+            wanted = np.where(is_near[:, None], 1, self._at_lamps(texels, width, most_parts))
             depth += 1
             for parts in np.unique(wanted[wanted.max(axis=1) > 1], axis=0):
                 rows = np.flatnonzero(np.all(wanted == parts, axis=1))
@@ -122,7 +123,7 @@ class _CutSide:
             texels, grid, width = _parts(texels[rows], parts), grid * parts, width / parts
             yield _Cut(self, rows, parts, grid, texels, depth, is_last=False)
 
-    def _at_lamps(self, texels: IntArray, width: FloatArray, share: float) -> IntArray:
+    def _at_lamps(self, texels: IntArray, width: FloatArray, most_parts: float) -> IntArray:
         """Return into how many parts (N, 2) texels are cut along both edges, for lamps' sake."""
         wanted = np.ones((len(texels), 2), dtype=np.int64)
         low = texels * width
@@ -131,7 +132,7 @@ class _CutSide:
             gaps = np.maximum(low - ends[:, None], ends[:, None] - low - width)
             is_lit = np.all((low < ends[1] + reach) & (low + width > ends[0] - reach), axis=1)
             at_edge = is_lit[:, None] & (gaps.min(axis=0) < reach)
-            parts = np.ceil(np.minimum(width / (share * lamp[4]), MOST_EDGE_PARTS))
+            parts = np.ceil(np.minimum(width / (EDGE_SHARE * lamp[4]), most_parts))
             wanted = np.where(at_edge, np.maximum(wanted, parts.astype(np.int64)), wanted)
         return wanted
 

@@ -221,3 +221,27 @@ def test_the_number_of_texels_at_lamps_is_limited() -> None:
     _, some = wall_with_strip(0.01, most=200)
     assert fine.count - whole.count > 400
     assert 50 < some.count - whole.count <= 200
+
+
+def test_many_small_lamps_leave_parts_to_others() -> None:
+    """Behind lights at a millimetre there were so many by distance alone that others had none."""
+    rows = np.stack(np.meshgrid(np.arange(8), np.arange(6), [0]), axis=-1).reshape(-1, 1, 3)
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    walls = np.concatenate([corners * [4.0, 3.0, 1.0] + [5.0 * i, 0.0, 0.0] for i in range(2)])
+    small = 0.02 * corners + [0.3, 0.3, 0.001] + 0.4 * rows
+    strip = corners * [2.0, 0.04, 1.0] + [6.0, 2.0, 0.01]
+    lamps = np.concatenate([small.reshape(-1, 3), strip])
+    joined = Mesh(walls, quads_of(2)), Mesh(lamps, quads_of(len(lamps) // 4)[:, ::-1])
+    materials = (Material(), Material())
+    bvh = build_bvh(Scene(joined, materials, (SceneObject(0, 0), SceneObject(1, 1)), CAMERA))
+    whole = build_surfels(bvh, 32768, 0.03)
+    fine = graded(whole, bvh, 4096, bvh.triangles.material)
+    place = at(bvh, fine)[whole.count :].mean(axis=1)
+    behind = np.abs(place - [7.0, 2.02, 0.0]) < [0.8, 0.05, 0.001]
+    assert behind.all(axis=1).sum() > 30
+    assert (place[:, 0] < 4.0).sum() > 500
+
+
+def quads_of(count: int) -> np.ndarray:
+    """Return the triangles of so many quads, corner by corner."""
+    return (4 * np.arange(count)[:, None, None] + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3)
