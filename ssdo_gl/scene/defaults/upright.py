@@ -14,8 +14,9 @@ from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within
 _AXES = {"y": 1, "z": 2}
 # What lies within this share of the height from the bottom, and faces down, is a foot.
 _FOOT_HEIGHT, _FACES_DOWN = 0.02, 0.9
-# Share of the bounding box' floor by which one foot must exceed the other to tell.
-_CLEARLY = 0.05
+# Share of the bounding box' floor by which one foot must exceed the other to tell, and how many
+# times: the rim of a plate is flat, too, where its face has holes.
+_CLEARLY, _MUCH_LARGER = 0.05, 2.0
 # A plate that things stand on is where the coordinate is 0.
 _ON_PLATE = 1e-3
 
@@ -23,16 +24,16 @@ _ON_PLATE = 1e-3
 def guessed_up(meshes: Sequence[Mesh], usual: str) -> tuple[str, str]:
     """Return the axis, y or z, that points up, and what tells.
 
-    The axis at whose low end the larger flat foot is, on which it does not fall over; or the
-    one whose coordinate begins at 0 while the other's does not; of parts (`usual` z) the one
-    that they are thin along; else `usual`, that of the format.
+    The axis at whose low end by far the larger flat foot is, on which it does not fall over;
+    or the one whose coordinate begins at 0 while the other's does not; of parts (`usual` z)
+    the one that they are thin along; else `usual`, that of the format.
     """
     bounds = [mesh.bounds() for mesh in meshes]
     low, high = np.min([low for low, _ in bounds], axis=0), np.max([h for _, h in bounds], axis=0)
     middle = _middle(meshes)
     feet = {name: _foot(meshes, axis, low, high, middle) for name, axis in _AXES.items()}
     for name, other in (("y", "z"), ("z", "y")):
-        if feet[name] > feet[other] + _CLEARLY:
+        if feet[name] > max(feet[other] + _CLEARLY, _MUCH_LARGER * feet[other]):
             return name, "its flat foot"
     on_plate = {
         name: abs(low[axis]) <= _ON_PLATE * (high[axis] - low[axis]) for name, axis in _AXES.items()

@@ -62,6 +62,17 @@ def test_what_a_scan_would_fall_over_from_is_no_foot(
     assert any(f"up is +{axis}, guessed" in note for note in load_scene(path).notes)
 
 
+def test_a_plate_with_a_hole_does_not_stand_on_its_rim(tmp_path: Path) -> None:
+    box = shapes.box()
+    bars = [([10, 4, 3], [0, -7, 0]), ([10, 4, 3], [0, 10, 0])]
+    bars += [([3, 13, 3], [x, -3, 0]) for x in (0, 7)]
+    corners = [(box.positions + 0.5) * size + place for size, place in bars]
+    triangles = [box.triangles + len(box.positions) * i for i in range(len(bars))]
+    path = tmp_path / "a.stl"
+    path.write_bytes(stl(Mesh(np.concatenate(corners), np.concatenate(triangles))))
+    assert any("up is +z, guessed (it stands on z = 0)" in n for n in load_scene(path).notes)
+
+
 def test_the_y_axis_is_up_where_the_foot_is_there(tmp_path: Path) -> None:
     box = shapes.cone(24)
     turned = Mesh(box.positions @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0.0]]).T, box.triangles)
