@@ -105,18 +105,28 @@ def make_framebuffer(
 
 
 @contextmanager
-def drawing_into(
-    gl: moderngl.Context, *textures: moderngl.Texture, depth: bool = False
-) -> Iterator[moderngl.Framebuffer]:
-    """Lend a framebuffer of `make_framebuffer`; afterwards what was bound before is bound."""
-    target = make_framebuffer(gl, textures, depth)
+def bound(gl: moderngl.Context, target: moderngl.Framebuffer) -> Iterator[moderngl.Framebuffer]:
+    """Bind `target` for a while; afterwards what was bound before is bound."""
     before = gl.fbo
+    target.use()
     try:
         yield target
     finally:
         # A framebuffer that is released while bound makes the next one an OpenGL error.
         if before is not None and not isinstance(before.mglo, moderngl.InvalidObject):
             before.use()
+
+
+@contextmanager
+def drawing_into(
+    gl: moderngl.Context, *textures: moderngl.Texture, depth: bool = False
+) -> Iterator[moderngl.Framebuffer]:
+    """Lend a framebuffer of `make_framebuffer`; afterwards what was bound before is bound."""
+    target = make_framebuffer(gl, textures, depth)
+    try:
+        with bound(gl, target):
+            yield target
+    finally:
         if target.depth_attachment is not None:
             target.depth_attachment.release()
         target.release()

@@ -130,7 +130,8 @@ class Executor:
                 if self.before_pass is not None:
                     self.before_pass()
                 result = self._results.prepared(step, sources[item.name])
-                last = result.returned() if frame.is_live and item.is_gradual else {}
+                goes_on = item.draws_over or (frame.is_live and item.is_gradual)
+                last = result.returned() if goes_on else {}
                 if item.adds_up:
                     result.forget()
                 context = PassContext(

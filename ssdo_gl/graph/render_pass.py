@@ -55,7 +55,8 @@ class PassContext:
     facts : mapping of resource name to object
         Of those ``inputs`` whose producer gave some.
     last : mapping of resource name to TextureWithFacts
-        Of a gradual pass in a live frame, what it returned last time; facts may be None.
+        Of a gradual pass in a live frame, and of one that draws over, what it returned last
+        time; facts may be None.
     is_complete : bool
         Whether no pass before it in this frame has left to later frames what is missing now.
     """
@@ -98,6 +99,8 @@ class RenderPass(ABC):
         that takes .94 to .98 of a frame's time in software.
     spares : bool
         Its facts tell passes after it what they need not read.
+    draws_over : bool
+        It draws anew into what it returned last, which nobody reads any more.
     is_gradual : bool
         In live frames it does part of its work at a time.
     adds_up : bool
@@ -121,6 +124,7 @@ class RenderPass(ABC):
     needs_depth: ClassVar[bool] = False
     overwrites: ClassVar[bool] = False
     spares: ClassVar[bool] = False
+    draws_over: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
     adds_up: ClassVar[bool] = False
     lags: ClassVar[bool] = True

@@ -60,12 +60,23 @@ def test_tiles_never_overlap_and_fill_the_atlas_well(count):
     assert layout.columns * layout.rows <= 2 * len(taken) + 4 * layout.columns
 
 
-def test_fewer_lights_need_no_larger_atlas():
+def halvings(layout):
+    """Return how often faces are halved until an atlas of one tile holds all."""
+    return (layout.side - 1).bit_length()
+
+
+def test_maps_of_fewer_lights_are_no_coarser():
     rng = np.random.default_rng(0)
     for _ in range(300):
         lights = rng.choice(np.array(EVERYTHING, object), rng.integers(2, 13))
         fewer = lights[rng.random(len(lights)) < 0.6]
-        assert atlas_layout(fewer).side <= atlas_layout(lights).side
+        assert halvings(atlas_layout(fewer)) <= halvings(atlas_layout(lights))
+
+
+def test_the_atlas_is_no_larger_than_its_faces_where_they_fit():
+    # 12 x 8 tiles, were it as square as can be.
+    layout = atlas_layout([POINT, POINT, SPOT])
+    assert (layout.columns, layout.rows) == (16, 4)
 
 
 def test_sharp_shadows_have_larger_faces():

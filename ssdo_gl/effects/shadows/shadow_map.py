@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import moderngl
 
@@ -12,8 +12,8 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.shadows.map_faces import Face, atlas_size, faces_of
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size, unread_maps
-from ssdo_gl.gpu.texture import drawing_into, make_texture
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.gpu.texture import bound, drawing_into, make_framebuffer, make_texture
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.scene.shadow_frames import atlas_layout
@@ -37,6 +37,7 @@ class ShadowMapPass(RenderPass):
     """
 
     name = "shadow_map"
+    draws_over = True
     depends_on = ("geometry", "lights")
 
     def __init__(
@@ -53,16 +54,30 @@ class ShadowMapPass(RenderPass):
             WHOLE_ATLAS if whole_alone else "shadow_atlas": SPEC
         }
 
-    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+    def execute(self, context: PassContext) -> Produced:
+        gl, name = context.gl, next(iter(self.writes))
         size = atlas_size(context.frame.scene.lights, self.settings, self._unread)
-        atlas = make_texture(context.gl, size, 1, "f4")
-        with drawing_into(context.gl, atlas, depth=True) as target:
-            target.use()
-            target.clear(EMPTY_DEPTH, depth=1.0)
-            context.gl.enable_only(moderngl.DEPTH_TEST)
-            for face in faces_of(context, self.settings, self._unread):
-                face.draw(context, by_chance=self._by_chance)
-        return dict.fromkeys(self.writes, atlas)
+        last = context.last.get(name)
+        if last is None or last.texture.size != size:
+            atlas = make_texture(gl, size, 1, "f4")
+            with drawing_into(gl, atlas, depth=True) as target:
+                self._draw(context, target)
+            return {name: atlas}
+        # What moves has another map in each frame. Memory for it and for its depths, which drivers
+        # clear, takes 75 ms of a frame's 790 (carousel: 25 million texels).
+        atlas = last.texture
+        is_new = not isinstance(last.facts, moderngl.Framebuffer)
+        kept: Any = make_framebuffer(gl, [atlas], depth=True) if is_new else last.facts
+        atlas.extra = None  # what was made of it (`quads_of`)
+        with bound(gl, kept):
+            self._draw(context, kept)
+        return {name: TextureWithFacts(atlas, kept)}
+
+    def _draw(self, context: PassContext, target: moderngl.Framebuffer) -> None:
+        target.clear(EMPTY_DEPTH, depth=1.0)
+        context.gl.enable_only(moderngl.DEPTH_TEST)
+        for face in faces_of(context, self.settings, self._unread):
+            face.draw(context, by_chance=self._by_chance)
 
 
 class TranslucentShadowsPass(RenderPass):
@@ -89,7 +104,6 @@ class TranslucentShadowsPass(RenderPass):
         faces = self._faces.get(made_from, lambda: list(self._found(context)))
         with drawing_into(context.gl, whole) as source, drawing_into(context.gl, atlas) as target:
             context.gl.copy_framebuffer(target, source)
-            target.use()
             # The nearer one, as by a depth test.
             context.gl.enable_only(moderngl.BLEND)
             context.gl.blend_equation = moderngl.MIN, moderngl.MIN
