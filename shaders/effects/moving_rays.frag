@@ -41,7 +41,7 @@ void main()
     Arriving sums = nothing_yet(n_vs);
     int i = 0;
     do {
-        vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
+        vec2 u = random_2d_in_step(first, uint(i), uint(ray_count), u_stream, 0u);
         add_ray(sums, at, frame * cosine_hemisphere(u), geometric_vs, 1.0, ray_count);
     } while (++i < ray_count);
 #if SKY_RAYS

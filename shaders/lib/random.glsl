@@ -75,18 +75,39 @@ float scramble_partly(uint reversed, uint shared_seed, uint own_seed, uint share
     return unit_float(reverse_bits(together & shared_bits | apart & ~shared_bits));
 }
 
-// Point `index` of a pair of dimensions. `is_together`: one in which neighbouring pixels
-// stay together; such pairs are not independent of each other, only of all others.
-vec2 random_2d(uint index, uint seed, uint dimension, bool is_together)
+// The point of a pair of dimensions that the sequence has in this place.
+vec2 scrambled_2d(uint place, uint own, uint dimension, uint shared_bits)
 {
     uint shared_seed = random_hash(u_stream + dimension * 0x9e3779b9u);
-    uint own = random_hash(seed + dimension * 0x9e3779b9u);
-    // Shuffling keeps any 2^k consecutive points together, in another order.
-    uint shuffled = reverse_bits(owen_reversed(reverse_bits(index), own));
-    uint place = is_together ? index : shuffled;
-    uint shared_bits = is_together ? u_shared_bits : 0u;
     return vec2(scramble_partly(place, random_hash(shared_seed ^ 0x68bc21ebu),
                                 random_hash(own ^ 0x68bc21ebu), shared_bits),
                 scramble_partly(sobol_second_reversed(place), random_hash(shared_seed ^ 0x02e5be93u),
                                 random_hash(own ^ 0x02e5be93u), shared_bits));
+}
+
+// Shuffling keeps any 2^k consecutive points together, in another order.
+uint shuffled(uint index, uint own)
+{
+    return reverse_bits(owen_reversed(reverse_bits(index), own));
+}
+
+// Point `index` of a pair of dimensions. `is_together`: one in which neighbouring pixels
+// stay together; such pairs are not independent of each other, only of all others.
+vec2 random_2d(uint index, uint seed, uint dimension, bool is_together)
+{
+    uint own = random_hash(seed + dimension * 0x9e3779b9u);
+    uint place = is_together ? index : shuffled(index, own);
+    return scrambled_2d(place, own, dimension, is_together ? u_shared_bits : 0u);
+}
+
+// Of the points of `random_2d` from `first` on, a multiple of their number, one after the other: in every
+// `count` of them point i of all pixels, whose seed is one, lies in the same strip along the second axis.
+// So the rays of lanes that run together visit the same boxes, and are no more alike than others.
+vec2 random_2d_in_step(uint first, uint i, uint count, uint seed, uint dimension)
+{
+    uint own = random_hash(seed + dimension * 0x9e3779b9u);
+    // What is not a power of two consists of such blocks.
+    uint in_block = (count & (0u - count)) - 1u;
+    uint block = shuffled(first + i, own) & ~in_block;
+    return scrambled_2d(block | i & in_block, own, dimension, 0u).yx;
 }

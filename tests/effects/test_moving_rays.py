@@ -76,30 +76,38 @@ def test_frames_that_move_are_nearer_to_pictures_than_by_probes() -> None:
 
 
 def error_of_a_walk(scene: Scene, **overrides: Any) -> float:
-    """Return the relative squared error of a walk's tenth frame, but for its worst twentieth."""
+    """Return the relative squared error of a walk's tenth frame, but for its worst twentieth.
+
+    The mean of two walks, of other seeds: of one it is known to a tenth.
+    """
     x, y, z = scene.camera.position
     views = [dataclasses.replace(scene.camera, position=(x + 0.01 * i, y, z)) for i in range(10)]
     many = {"far_field.pixel_rays": 96, "far_field.edge_rays": 96, "emitters.rays": 64}
     with Renderer(scene, settings(**many)) as renderer:
         true = renderer.render(("beauty",), camera=views[-1]).images["beauty"][..., :3]
-    with Renderer(scene, settings(**overrides)) as renderer:
-        for view in views:
-            drawing = renderer.draw(("beauty",), camera=view)
-        squares = ((read_image(drawing) - true) ** 2).mean(axis=-1)
-    relative = squares / (true.mean(axis=-1) ** 2 + 0.01 * true.mean() ** 2)
-    return float(np.mean(relative[relative <= np.quantile(relative, 0.95)]))
+    errors = []
+    for seed in (1, 2):
+        with Renderer(scene, dataclasses.replace(settings(**overrides), seed=seed)) as renderer:
+            for view in views:
+                drawing = renderer.draw(("beauty",), camera=view)
+            squares = ((read_image(drawing) - true) ** 2).mean(axis=-1)
+        relative = squares / (true.mean(axis=-1) ** 2 + 0.01 * true.mean() ** 2)
+        errors.append(np.mean(relative[relative <= np.quantile(relative, 0.95)]))
+    return float(np.mean(errors))
 
 
-@pytest.mark.parametrize("name", ["corridor", "door", "attic"])
+# What averages over pixels in the same light leave. In the attic, at whose window rays are aimed,
+# less is left to them: .70 and .72 in two measurements of eight seeds, .61 to .88 in single ones.
+@pytest.mark.parametrize(("name", "left"), [("corridor", 0.55), ("door", 0.5), ("attic", 0.8)])
 def test_rooms_lit_through_openings_are_even_and_nearer_than_by_probes(
-    name: str, monkeypatch: pytest.MonkeyPatch
+    name: str, left: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = load_scene(INTERIORS / f"{name}.toml")
     error = error_of_a_walk(scene)
     assert error < 0.3 * error_of_a_walk(scene, **BY_PROBES)
     monkeypatch.setattr(moving_light, "STEPS", ())
     monkeypatch.setattr(moving_light, "UNEVEN_STEPS", ())
-    assert error < 0.7 * error_of_a_walk(scene)
+    assert error < left * error_of_a_walk(scene)
 
 
 def test_light_of_glowing_bodies_is_averaged_over_frames(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,3 +95,20 @@ def test_dimensions_are_independent(gl, shaders) -> None:
             cells = np.floor(both[:, i] * 4) * 4 + np.floor(both[:, j] * 4)
             counts = np.bincount(cells.astype(int), minlength=16)
             assert np.sum((counts - 64.0) ** 2 / 64.0) < 45.0
+
+
+@pytest.mark.parametrize("count", [1, 6, 8, 48])
+def test_points_in_step_are_a_pixels_own_in_one_order(gl, shaders, count: int) -> None:
+    pixels = 16
+    index, seed = np.arange(pixels * count), np.full(pixels * count, 7)
+    own = points(gl, shaders, "random_2d(index, seed, 3u, false)", index, seed)
+    call = f"random_2d_in_step(index - index % {count}u, index % {count}u, {count}u, seed, 3u)"
+    stepped = points(gl, shaders, call, index, seed)
+    own, stepped = (u.reshape(pixels, count, 2) for u in (own, stepped))
+    for a, b in zip(own, stepped, strict=True):
+        assert {(x, y) for y, x in a.tolist()} == {(x, y) for x, y in b.tolist()}
+    # The largest power of two in `count` is how many strips pixels go through together.
+    strips = count & -count
+    strip = np.floor(stepped[..., 1] * strips)
+    np.testing.assert_array_equal(strip, np.broadcast_to(strip[0], strip.shape))
+    assert len(np.unique(strip[0, :strips])) == strips
