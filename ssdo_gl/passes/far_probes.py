@@ -38,15 +38,15 @@ class FarFieldSettings:
     )
     pixel_rays: int = setting(
         6,
-        "per-pixel rays at rest, half as many again while bodies move; 0: none",
+        "per-pixel rays at rest; 0: none",
         unit="rays",
         low=0,
         high=1024,
     )
     edge_rays: int = setting(
         16,
-        "the same where a neighbour in front may shade, no fewer than others have; three times as"
-        " many while bodies move",
+        "the same where a neighbour in front may shade, no fewer than others have; while bodies"
+        " move as many everywhere, and there four times as many",
         unit="rays",
         low=0,
         high=1024,

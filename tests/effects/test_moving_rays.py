@@ -246,7 +246,7 @@ def test_beside_bodies_that_move_pixels_have_more_rays_than_at_rest(
             renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
     assert drawn == ["probes", *3 * ["pixels"]]
     chosen = FarFieldSettings()
-    few, many = 1.5 * chosen.pixel_rays, 3 * chosen.edge_rays
+    few, many = chosen.edge_rays, 4 * chosen.edge_rays
     assert set(counts) == {(few, many, few, chosen.moving_lost_rays, chosen.aimed_rays, True)}
 
 
@@ -271,7 +271,7 @@ def test_noise_stands_still_while_the_camera_does(monkeypatch: pytest.MonkeyPatc
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=2, edge_rays=2, moving_rays=5, moving_edge_rays=4)
     assert ray_counts(chosen, is_brief=False) == (5, 5, 32, 16, 1, False)
-    assert ray_counts(chosen, is_brief=True) == (5, 6, 5, 16, 4, True)
+    assert ray_counts(chosen, is_brief=True) == (5, 8, 5, 16, 4, True)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
         *(chosen.moving_rays, chosen.moving_edge_rays),
