@@ -130,8 +130,7 @@ class Executor:
                 if self.before_pass is not None:
                     self.before_pass()
                 result = self._results.prepared(step, sources[item.name])
-                goes_on = item.draws_over or (frame.is_live and item.is_gradual)
-                last = result.returned() if goes_on else {}
+                last = result.returned() if item.gets_last(frame) else {}
                 if item.adds_up:
                     result.forget()
                 context = PassContext(

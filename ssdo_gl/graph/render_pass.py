@@ -154,6 +154,10 @@ class RenderPass(ABC):
         """
         return frozenset()
 
+    def gets_last(self, frame: Frame) -> bool:
+        """Return whether it is given what it returned last."""
+        return self.draws_over or (frame.is_live and self.is_gradual)
+
     @abstractmethod
     def execute(self, context: PassContext) -> Produced | None:
         """Run; return the textures of ``own`` resources, newly made or kept."""
