@@ -68,6 +68,7 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         ("a.stl", b"solid x\nendsolid x\n", ["a.stl"]),
         ("a.stl", bytes(80) + struct.pack("<I", 1000), ["a.stl"]),
         ("a.off", b"", ["not a readable OFF"]),
+        ("a.off", b"OFF\n0 0 0\n", ["no triangle with an area"]),
         ("a.off", b"OFF\n3 1 0\n0 0 0\n", ["not a readable OFF"]),
         ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", ["not a readable OFF"]),
         ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", ["no triangle with an area"]),

@@ -142,11 +142,7 @@ def _vertex_rows(
     rows = lines[at : at + count]
     least = layout.before_color + 3 * layout.color + 2 * layout.uv
     try:
-        if (
-            len(rows) == count
-            and len({len(row) for row in rows}) <= 1
-            and (not rows or len(rows[0]) >= least)
-        ):
+        if len(rows) == count and len({len(row) for row in rows}) == 1 and len(rows[0]) >= least:
             return np.array(rows, dtype=np.float64).reshape(count, -1), at + count
         # Not a line for each vertex: then the header alone says where each ends.
         width = layout.before_color + 4 * layout.color + 2 * layout.uv
