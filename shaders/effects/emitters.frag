@@ -10,7 +10,7 @@
 // McGuire 2018): where nothing stands before them all rays agree.
 //
 // Defines: SUMS_PANELS, and as in rays/surface_data.glsl.
-#include "rays/emitter_tree.glsl"
+#include "rays/glow_that_is_met.glsl"
 #include "lib/random.glsl"
 #include "lib/z_curve.glsl"
 
@@ -103,6 +103,19 @@ LightSample picked_light(Picks picks, int i, vec3 whole, vec2 u, vec3 p)
     return light;
 }
 #else
+// Spacings of pixels up to which rays spread by the cosine look for a body, too, where a point that was
+// drawn is as close; and how large its triangles are at most, as squares of such spacings: of a larger
+// one points are drawn by the solid angle.
+const float NEAR_SPACINGS = 4.0;
+const float SMALL_AREA = 0.25;
+
+// Of light from so far away the part that is kept apart from what is filtered.
+float share_of_near(float distance, float reach)
+{
+    float far = distance / max(reach, 1e-30);
+    return 1.0 / (1.0 + far * far * far * far);
+}
+
 // How far apart on the surface neighbouring pixels lie, normalised frame.
 float pixel_spacing(ivec2 texel, RaySurface surface)
 {
@@ -126,7 +139,11 @@ void main()
     Picks picks;
     o_whole.rgb = irradiance_of_panels(surface, random_2d(first, u_stream, 0u, false).x, picks);
 #else
-    float reach_of_near = u_near_reach * pixel_spacing(texel, surface);
+    float spacing = pixel_spacing(texel, surface);
+    float reach_of_near = u_near_reach * spacing;
+    float near_reach = NEAR_SPACINGS * spacing;
+    float most_area = SMALL_AREA * spacing * spacing;
+    bool is_close = false;
 #endif
     vec3 sent = vec3(0.0);
     vec3 sum = vec3(0.0);
@@ -139,18 +156,23 @@ void main()
         LightSample light = picked_light(picks, i, o_whole.rgb, u, surface.start);
 #else
         vec2 choice = random_2d(first + uint(i), u_stream, 0u, false);
-        LightSample light = sample_tree(surface.start, surface.normal, choice, u);
+        float area;
+        LightSample light = sample_tree(lit_point(surface.start, surface.normal), choice, u, area);
 #endif
         vec3 arriving = unblocked_irradiance(surface, light);
+#if !SUMS_PANELS
+        bool is_near = light.density > 0.0 && light.distance < near_reach && area <= most_area;
+        arriving *= is_near ? share_of_drawn(surface, light, near_reach) : 1.0;
+        is_close = is_close || is_near;
+#endif
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
         sent += arriving;
         squares.y += dot(arriving, vec3(1.0)) * dot(arriving, vec3(1.0));
         arriving = light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
 #if !SUMS_PANELS
-        float far = light.distance / max(reach_of_near, 1e-30);
-        float share = 1.0 / (1.0 + far * far * far * far);
-        near += share * arriving;
-        arriving *= 1.0 - share;
+        vec3 kept = share_of_near(light.distance, reach_of_near) * arriving;
+        near += kept;
+        arriving -= kept;
 #endif
         float found = dot(arriving, vec3(1.0));
         squares.x += found * found;
@@ -168,9 +190,22 @@ void main()
     float uneven = max(squares.y * of_all * of_all - 1.0 / n, 0.0);
     o_light = vec2(share, max(variance, 0.0) * n / (n - 1.0) + uneven);
 #else
+    float spread = max(squares.x - all * all / n, 0.0);
+    for (int j = 0; j < (is_close ? u_ray_count : 0); ++j) {
+        vec3 w = frame_from_z(surface.normal) * cosine_hemisphere(random_2d(first + uint(j), u_stream, 2u, false));
+        if (dot(w, surface.geometric) <= 0.0)
+            continue;
+        float distance;
+        vec3 met = glow_nearby(surface, w, near_reach, most_area, distance);
+        vec3 kept = share_of_near(distance, reach_of_near) * met;
+        near += kept;
+        sum += met - kept;
+        float found = dot(met - kept, vec3(1.0));
+        spread += found * found;
+    }
     o_irradiance.rgb = sum / n;
     o_near.rgb = near / n;
-    o_light = vec2(all / n, max(squares.x - all * all / n, 0.0) / (n * (n - 1.0)));
+    o_light = vec2(dot(sum, vec3(1.0)) / n, spread / (n * (n - 1.0)));
 #endif
     // Of one ray nothing is known.
     o_light.g = u_ray_count > 1 ? o_light.g : 1e30;

@@ -96,30 +96,6 @@ LightSample sample_of_group(EmitterGroup group, RaySurface at, vec2 choice, vec2
     return light;
 }
 
-#if GLOW_IS_DIRECT
-float spread_density(RaySurface at, vec3 w)
-{
-    return INV_PI * max(dot(w, at.normal), 0.0);
-}
-
-// What a ray spread by the cosine meets of glowing bodies closer than `reach`. Of a point that a
-// body touches, or nearly so, a few of its triangles send most, and points drawn from all of them
-// bring the more the fewer of these are drawn: 16 of them brought more than a body can send that
-// fills the hemisphere. Rays find such a body; both count, by the balance heuristic (Veach 1997).
-vec3 glow_nearby(RaySurface at, vec3 w, float reach)
-{
-    BvhHit hit = bvh_nearest(at.start, w, reach);
-    if (hit.record < 0)
-        return vec3(0.0);
-    Surface met = surface_at_hit(hit, at.start, w);
-    if (!(met.mean_emission > 0.0))
-        return vec3(0.0);
-    float chosen = glow_density(lit_point(at.start, at.normal), hit, met);
-    float found = spread_density(at, w);
-    return chosen < 0.0 ? vec3(0.0) : PI * found / max(found + chosen, 1e-30) * met.emission;
-}
-#endif
-
 void main()
 {
     ivec2 surfel = ivec2(gl_FragCoord.xy);
@@ -171,15 +147,15 @@ void main()
         LightSample light = sample_tree(at.start, at.normal,
                                         random_2d(uint(j), seed, DIMENSION_TREE, false),
                                         random_2d(uint(j), seed, DIMENSION_TREE + 1u, may_share_cells(u_tree_samples)));
-        float found = light.distance < near_reach ? spread_density(at, light.w) : 0.0;
-        float share = light.density > 0.0 ? light.density / (light.density + found) : 1.0;
+        float share = share_of_drawn(at, light, near_reach);
         vec3 arriving = unblocked_irradiance(at, light) * (share / float(u_tree_samples));
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
         arriving = light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
         sum += light_of_surfel(at, light.w, arriving);
         vec2 u = random_2d(uint(j), seed, DIMENSION_TREE + 2u, may_share_cells(u_tree_samples));
         vec3 w = frame_from_z(at.normal) * cosine_hemisphere(u);
-        vec3 met = glow_nearby(at, w, near_reach) / float(u_tree_samples);
+        float distance;
+        vec3 met = glow_nearby(at, w, near_reach, ANY_AREA, distance) / float(u_tree_samples);
         sum += light_of_surfel(at, w, met);
 #if LOBES
         add_to_quarter(quarters, at.normal, light.w, arriving);

@@ -157,18 +157,28 @@ float chance_of_leaf(LitPoint r, int leaf)
     return probability / float(max(count, 1));
 }
 
-// A point of light as the receiver sees it; probabilities are divided out of its radiance.
-LightSample sample_tree(LitPoint r, vec2 choice, vec2 u)
+// A point of light as the receiver sees it, and the area of the emitter that it is of; probabilities
+// are divided out of its radiance.
+LightSample sample_tree(LitPoint r, vec2 choice, vec2 u, out float area)
 {
     float probability;
     int entry = draw_from_tree(r, choice, probability);
     LightSample light = NO_LIGHT;
+    area = 0.0;
     if (entry >= 0) {
-        light = sample_surface_emitter(emitter_at(entry), entry, u, r.p);
+        Emitter e = emitter_at(entry);
+        area = e.edge_v.w;
+        light = sample_surface_emitter(e, entry, u, r.p);
         light.radiance /= max(probability, 1e-30);
         light.density *= probability;
     }
     return light;
+}
+
+LightSample sample_tree(LitPoint r, vec2 choice, vec2 u)
+{
+    float area;
+    return sample_tree(r, choice, u, area);
 }
 
 // By the cosine of what arrives alone.

@@ -21,6 +21,7 @@ from ssdo_gl.passes.edge_aware_filter import (
 )
 from ssdo_gl.passes.rays import (
     EMITTER_TABLES,
+    GLOW_PLACES,
     GLOW_TREE,
     GlowTreePass,
     ray_defines,
@@ -88,7 +89,8 @@ class EmittersPass(RenderPass):
         self.features = features
         # Of panels that are exact lights where there are fewer.
         self.is_crowd = is_crowd
-        self.reads = (*SURFACES, *ray_reads(features, shades=True), *EMITTER_TABLES, *GLOW_TREE)
+        tables = (*EMITTER_TABLES, *GLOW_TREE, GLOW_PLACES)
+        self.reads = (*SURFACES, *ray_reads(features, shades=True), *tables)
 
     def execute(self, context: PassContext) -> None:
         """Trace the rays of all pixels."""

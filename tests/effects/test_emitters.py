@@ -216,6 +216,22 @@ def test_points_of_a_long_tube_are_drawn_where_it_is_near() -> None:
     assert np.std(runs, axis=0, ddof=1).mean() < TUBE_NOISE * np.mean(runs)
 
 
+def test_no_pixel_beneath_a_body_is_brighter_than_it_can_be() -> None:
+    """Of small triangles that nearly touch a floor points alone brought four times as much."""
+    ball = text.ball([0, 0.3, 0], 0.3, "glow", segments=64)
+    materials = ROOM_OF_WALL.removeprefix(text.camera([0, 0, 3], [0, 0, 0]))
+    camera = text.camera([0, 1.2, 3], [0, 0.2, 0])
+    scene = read_description(camera + materials + text.floor(6, "grey") + ball, "room")
+    runs, many = (
+        np.array([direct(scene, method="gi", overrides=each, seed=i) for i in range(8)])
+        for each in (ONE_FRAME, ONE_FRAME | {"emitters.rays": 64})
+    )
+    filled = 0.5 * np.array([8.0, 4.0, 2.0])
+    assert (many.mean(axis=0).max(axis=(0, 1)) > 0.5 * filled).all()
+    assert (runs.max(axis=(0, 1, 2)) < filled).all()
+    assert runs.mean() == pytest.approx(many.mean(), rel=0.01)
+
+
 def test_more_bodies_than_may_be_lights_shine_all() -> None:
     """A ball has eight sample rectangles, of which a scene may have 32."""
     scene = room(5, lit=range(5))
