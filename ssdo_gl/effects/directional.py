@@ -12,6 +12,7 @@ from ssdo_gl.effects.near_field import (
     OPEN_DIRECTIONS,
     estimator_of,
     estimator_settings,
+    far_field_settings,
     filtered,
     traces_own,
 )
@@ -280,7 +281,7 @@ class Directional(Effect):
         is_open = request.takes(OPEN_DIRECTIONS)
         far_field = None
         if request.runs("far_field"):
-            far_field = request.settings_of("far_field", FarFieldSettings)
+            far_field = far_field_settings(request)
         item = DirectionalPass(
             settings,
             environment=kind_of(request.scene.environment),

@@ -9,7 +9,7 @@ from typing import ClassVar
 import moderngl
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.near_field import receiver_stride, traces_own
+from ssdo_gl.effects.near_field import far_field_settings, receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -23,6 +23,7 @@ from ssdo_gl.passes.far_probes import (
     FAR_RADIANCE,
     FarFieldSettings,
     ProbeRays,
+    tile_count,
 )
 from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import (
@@ -38,12 +39,6 @@ from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
 
 SURFACES = ("z_vs", "normals_vs")
-
-
-def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
-    """Return columns and rows of tiles."""
-    columns, rows = (-(-n // tile) for n in frame_size)
-    return columns, rows
 
 
 class FarProbesPass(RenderPass):
@@ -118,13 +113,12 @@ class FarProbesPass(RenderPass):
         is_at_rest = known is not None and known.source[0] == source[0]
         is_at_rest |= not self.is_steady and frame.moves == 0
         turn = ALL_QUARTERS if is_at_rest else turn
-        columns, rows = tile_count(frame.view.size, self.settings.tile)
-        even = -(-columns // 2) * 2, -(-rows // 2) * 4
-        points = make_texture(gl, (columns, even[1]), 4, "f4")
+        tiles = tile_count(frame.view.size, self.settings.tile)
+        size = self.settings.map_size(tiles)
+        points = make_texture(gl, (tiles[0], size[1] // self.settings.directions), 4, "f4")
         defines = {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions}
         surfaces, uniforms = textures_of(context, SURFACES), frame.view.uniforms()
         fill(context, [points], "effects/far_probe_points.frag", defines, uniforms, surfaces)
-        size = even[0] * self.settings.directions, even[1] * self.settings.directions
         return points, make_texture(gl, size, 4, "f4"), ProbeRays(source, light, turn)
 
     def _trace(
@@ -223,7 +217,7 @@ class FarField(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield where probes stand, and what they see."""
-        settings = request.settings_of(self.name, FarFieldSettings)
+        settings = far_field_settings(request)
         # What is translucent is another surface in each frame.
         is_steady = not request.content.has_translucency
         if traces_own(request) and settings.aimed_rays:

@@ -60,6 +60,12 @@ def traces_own(request: Request) -> bool:
     return max(settings.pixel_rays, settings.edge_rays) > 0
 
 
+def far_field_settings(request: Request) -> FarFieldSettings:
+    """Return the settings of the far field, with tiles that suit the frame."""
+    settings = request.settings_of("far_field", FarFieldSettings)
+    return settings.fitting(request.settings.size)
+
+
 def receiver_stride(request: Request) -> int:
     """Return how many pixels lie from one that light is gathered at to the next."""
     names = ("directional.resolution_scale", "bounce.resolution_scale")

@@ -13,7 +13,7 @@ import numpy as np
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.settings.fields import setting
-from ssdo_gl.settings.settings import same_as
+from ssdo_gl.settings.settings import MAX_SIZE_PX, same_as
 
 # Where probes stand and which way they look.
 FAR_POINTS = "far_probe_points"
@@ -87,6 +87,24 @@ class FarFieldSettings:
         low=0,
         high=64,
     )
+
+    def fitting(self, frame_size: tuple[int, int]) -> FarFieldSettings:
+        """Return them with tiles so large that the map of all probes of a frame is an image."""
+        tile = self.tile
+        while max(self.map_size(tile_count(frame_size, tile))) > MAX_SIZE_PX:
+            tile *= 2
+        return replace(self, tile=tile)
+
+    def map_size(self, tiles: tuple[int, int]) -> tuple[int, int]:
+        """Return the size of `FAR_RADIANCE`: two maps of every probe, whole quarters of them."""
+        columns, rows = (2 * -(-n // 2) for n in tiles)
+        return columns * self.directions, 2 * rows * self.directions
+
+
+def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
+    """Return columns and rows of tiles."""
+    columns, rows = (-(-n // tile) for n in frame_size)
+    return columns, rows
 
 
 def probe_defines(settings: FarFieldSettings | None) -> dict[str, int]:

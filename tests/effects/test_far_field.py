@@ -12,6 +12,7 @@ from passes.pass_harness import box, make_scene, quad
 from ssdo_gl.effects import far_field
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.passes.far_probes import FarFieldSettings, tile_count
 from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
 from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
@@ -246,3 +247,30 @@ def test_a_frame_that_was_given_up_is_drawn_again(monkeypatch: pytest.MonkeyPatc
         with pytest.raises(InterruptedError):
             at_rest(renderer)
         np.testing.assert_array_equal(at_rest(renderer), expected)
+
+
+@pytest.mark.parametrize(
+    ("size", "given", "tile"),
+    [
+        ((1920, 1080), {}, 8),
+        ((16384, 8192), {}, 8),
+        ((1, 8193), {}, 16),
+        ((1920, 1080), {"directions": 64}, 16),
+        ((16384, 16384), {"directions": 64, "tile": 2}, 128),
+    ],
+)
+def test_tiles_grow_where_the_map_of_their_probes_would_be_no_image(size, given, tile):
+    fitting = FarFieldSettings(**given).fitting(size)
+    assert fitting == FarFieldSettings(**{**given, "tile": tile})
+    assert max(fitting.map_size(tile_count(size, tile))) <= 16384
+
+
+def test_a_picture_taller_than_half_an_image_is_drawn(device, shaders):
+    """It was a traceback: the map of its probes is twice as tall."""
+    scene = load_scene("corner")
+    means = []
+    for height in (8192, 8200):
+        settings = Settings(size=(1, height), method="gi", exposure=0.0)
+        with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+            means.append(renderer.render(["beauty"]).images["beauty"][..., :3].mean())
+    assert means[1] == pytest.approx(means[0], rel=0.01)
