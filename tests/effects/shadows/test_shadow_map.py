@@ -9,6 +9,7 @@ import pytest
 from oracle.shadows import box_distance
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
+from ssdo_gl.effects.shadows import shadow_map
 from ssdo_gl.effects.shadows.map_faces import BORDER_TEXELS
 from ssdo_gl.effects.shadows.shadow_map import (
     EMPTY_DEPTH,
@@ -18,6 +19,7 @@ from ssdo_gl.effects.shadows.shadow_map import (
     tile_size,
 )
 from ssdo_gl.gpu.geometry import Geometry
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
@@ -254,3 +256,34 @@ def test_many_lights_share_the_largest_atlas():
     assert size * layout.side <= 4096
     assert 2 * size * layout.side > 4096
     assert tile_size(settings, atlas_layout([])) == 1024
+
+
+def test_maps_of_a_lamp_that_moves_are_drawn_into_the_last_one(monkeypatch):
+    """No memory is asked for anew, and nothing of the last one is left."""
+    made = []
+
+    def noting(gl, size, *form):
+        made.append(size)
+        return make_texture(gl, size, *form)
+
+    monkeypatch.setattr(shadow_map, "make_texture", noting)
+    settings = Settings("direct", size=(32, 32), overrides={"shadow_map.resolution": 64})
+    lamps = [PointLight((x, 0.5, 0.0), (1.0, 1.0, 1.0)) for x in (-0.6, -0.2, 0.2, 0.6)]
+    first, *others = (
+        make_scene([ROOM, box((-0.2, -0.6, 0.6), (0.2, -0.2, 1.0))], lights=(lamp,))
+        for lamp in lamps
+    )
+
+    def picture(renderer):
+        return renderer.render(("beauty",)).images["beauty"]
+
+    with Renderer(first, settings) as renderer:
+        picture(renderer)
+        for scene in others:
+            renderer.use_scene(scene)
+            found = picture(renderer)
+    assert len(made) == 1
+    with Renderer(others[-1], settings) as renderer:
+        np.testing.assert_array_equal(found, picture(renderer))
+        renderer.use_scene(first)
+        assert not np.array_equal(found, picture(renderer))
