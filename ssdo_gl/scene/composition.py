@@ -19,7 +19,7 @@ from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene_data import SceneData, SceneKind
 from ssdo_gl.scene.scene_error import SceneError, a_type, check_type
-from ssdo_gl.scene.trimesh_parts import Part, trimesh_parts
+from ssdo_gl.scene.trimesh_parts import Part, trimesh_parts, undrawn
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.wording import suggestion
@@ -53,6 +53,7 @@ def composed(
     environment: Environment | None,
     render: Mapping[str, Any] | None,
     title: str,
+    notes: Iterable[str] = (),
 ) -> SceneKind:
     """Return a scene of parts; light and camera are added where there are none."""
     if not isinstance(lights, Iterable):
@@ -64,7 +65,7 @@ def composed(
     lights = tuple(lights)
     is_lit = bool(lights) or environment is not None
     options = LoadOptions(light="file" if is_lit else "auto", is_bare=True)
-    builder = SceneBuilder(SOURCE, options, joins=False)
+    builder = SceneBuilder(SOURCE, options, notes=list(notes), joins=False)
     _add(builder, parts, lights)
     if camera is not None:
         check_type("camera", camera, Camera)
@@ -132,7 +133,7 @@ def parts_of(
         return [Part(item, material or Material(), matrices, name or item.name)]
     if isinstance(item, SceneData):
         parts = [_part_of_scene(item, part) for part in item.objects if not part.is_ground]
-    elif type(item).__module__.partition(".")[0] == "trimesh":
+    elif _is_of_trimesh(item):
         parts = trimesh_parts(item)
     else:
         raise SceneError(
@@ -147,6 +148,17 @@ def parts_of(
         )
         for part in parts
     ]
+
+
+def _is_of_trimesh(item: object) -> bool:
+    return type(item).__module__.partition(".")[0] == "trimesh"
+
+
+def notes_of(item: object) -> Sequence[str]:
+    """Return what is to be said of an item that is added: what of it is not drawn as it asks."""
+    if isinstance(item, SceneData):
+        return item.notes[: item.read_note_count]
+    return undrawn(item) if _is_of_trimesh(item) else ()
 
 
 def _part_of_scene(scene: SceneData, item: SceneObject) -> Part:

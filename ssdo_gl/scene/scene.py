@@ -132,7 +132,8 @@ class Scene(SceneData):
         The others are those of `from_arrays`.
         """
         parts = composition.parts_of(source, material, transform, name)
-        return composition.composed(cls, parts, camera, lights, environment, render, name)
+        notes = composition.notes_of(source)
+        return composition.composed(cls, parts, camera, lights, environment, render, name, notes)
 
     def add(
         self,
@@ -168,8 +169,7 @@ class Scene(SceneData):
             if not isinstance(item, Light)
             for part in composition.parts_of(item, material, transform, name)
         ]
-        scenes = [self, *(item for item in items if isinstance(item, SceneData))]
-        notes = [note for scene in scenes for note in scene.notes[: scene.read_note_count]]
+        notes = [note for item in (self, *items) for note in composition.notes_of(item)]
         return composition.extended(self, parts, lights, notes)
 
     def with_camera(self, camera: Camera) -> Scene:

@@ -51,6 +51,15 @@ def trimesh_parts(item: Any) -> list[Part]:
     return parts
 
 
+def undrawn(item: Any) -> list[str]:
+    """Return a note of each geometry of a ``trimesh.Scene`` that has no triangles."""
+    return [
+        f"{name}: not drawn, a {type(geometry).__name__} of trimesh without triangles"
+        for name, geometry in getattr(item, "geometry", {}).items()
+        if not len(getattr(geometry, "faces", ()))
+    ]
+
+
 def _placed(item: Any) -> Iterator[tuple[Any, list[FloatArray]]]:
     """Yield each geometry that has triangles, with the matrices that place it."""
     if not hasattr(item, "graph"):

@@ -1,4 +1,4 @@
-"""Scenes made in Python: of arrays and trimesh objects, by adding and changing parts."""
+"""Scenes made in Python: of arrays, by adding and changing parts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import ssdo_gl
 from ssdo_gl import (
@@ -335,54 +334,6 @@ def test_a_renderer_keeps_what_a_change_leaves_alone():
             np.testing.assert_array_equal(result.images["beauty"], picture(changed))
             assert kept <= {row.name for row in result.passes if "kept" in row.reason}
         assert renderer.shaders is compiled
-
-
-class TestTrimesh:
-    """Objects of trimesh, beside the files that trimesh writes of them."""
-
-    trimesh = pytest.importorskip("trimesh")
-
-    def test_a_textured_model_looks_like_its_file(self, tmp_path):
-        from trimesh.visual.material import PBRMaterial
-
-        rng = np.random.default_rng(3)
-        image = Image.fromarray(rng.integers(0, 255, (8, 8, 3), dtype=np.uint8))
-        box = self.trimesh.creation.box()
-        flat = self.trimesh.Trimesh(
-            box.vertices[box.faces].reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False
-        )
-        flat.visual = self.trimesh.visual.TextureVisuals(
-            uv=rng.random((36, 2)).astype(np.float32),
-            material=PBRMaterial(
-                baseColorTexture=image, metallicFactor=0.25, roughnessFactor=0.5, doubleSided=True
-            ),
-        )
-        flat.export(tmp_path / "box.glb")
-        made, read = Scene.from_trimesh(flat), ssdo_gl.load_scene(tmp_path / "box.glb")
-        ours, theirs = made.materials[0], read.materials[0]
-        for field in ("albedo", "metallic", "roughness", "specular", "single_sided", "alpha"):
-            assert getattr(ours, field) == getattr(theirs, field), field
-        np.testing.assert_array_equal(ours.albedo_texture.pixels, theirs.albedo_texture.pixels)
-        shown = picture(made, "albedo")
-        # Coordinates of float32 are another texel's at edges of texels; half of 8 bits.
-        np.testing.assert_allclose(shown, picture(read, "albedo"), atol=2e-3)
-        assert np.unique(shown.reshape(-1, 3), axis=0).shape[0] > 20
-
-    def test_a_scene_keeps_places_and_colours(self):
-        box = self.trimesh.creation.box()
-        box.visual.face_colors = [255, 0, 0, 255]
-        scene = self.trimesh.Scene()
-        scene.add_geometry(box, geom_name="box")
-        place = self.trimesh.transformations.translation_matrix((3.0, 0, 0))
-        scene.graph.update(frame_to="second", matrix=place, geometry="box")
-        made = Scene.from_trimesh(scene)
-        assert made.triangle_count == 24 and len(made.meshes) == 1
-        np.testing.assert_array_equal(made.meshes[0].colors[0], [1.0, 0.0, 0.0, 1.0])
-        np.testing.assert_allclose(made.bounds()[1], [3.5, 0.5, 0.5])
-
-    def test_what_has_no_triangles_is_refused(self):
-        with pytest.raises(SceneError, match="the PointCloud of trimesh holds no triangles"):
-            Scene.from_trimesh(self.trimesh.PointCloud([[0, 0, 0]]))
 
 
 @pytest.mark.parametrize(("moves", "most", "method"), [
