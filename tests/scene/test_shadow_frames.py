@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ssdo_gl.scene import shadow_frames as shadow_frames_module
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.shadow_frames import (
     FACE_FROM_LIGHT,
@@ -77,6 +78,20 @@ def test_the_atlas_is_no_larger_than_its_faces_where_they_fit():
     # 12 x 8 tiles, were it as square as can be.
     layout = atlas_layout([POINT, POINT, SPOT])
     assert (layout.columns, layout.rows) == (16, 4)
+
+
+def test_no_more_is_tried_once_an_atlas_is_nearly_full(monkeypatch):
+    tried = []
+
+    def noting(sizes, order, columns):
+        tried.append(columns)
+        return placed(sizes, order, columns)
+
+    placed = shadow_frames_module._placed
+    monkeypatch.setattr(shadow_frames_module, "_placed", noting)
+    atlas_layout([POINT] * 997)
+    # Two orders of nine widths each, were all tried.
+    assert tried == [155, 155, 156]
 
 
 def test_sharp_shadows_have_larger_faces():
