@@ -74,6 +74,17 @@ void bump(inout Surface s, uint word, int slot, Corners corners, vec3 weights, v
 }
 #endif
 
+// Share of light that leaves again, of what the surface's triangle receives. From below it nothing arrives:
+// the farther a normal map tilts the shading normal, the less of even light is left.
+vec3 reflectance_of_facet(Surface s)
+{
+    vec3 share = even_reflectance(s.brdf);
+#if RAY_NORMAL_MAPS
+    share *= s.at.is_smooth ? 1.0 : 0.5 + 0.5 * dot(s.at.normal, s.at.geometric);
+#endif
+    return share;
+}
+
 Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
 {
     vec3 a, b, c;

@@ -32,7 +32,7 @@ void main()
     if (hit.record >= 0) {
         Surface met = surface_at_hit(hit, at.start, w);
         found.surfel = uint(surfel_at_hit(hit, met.at.position, w));
-        found.albedo = even_reflectance(met.brdf);
+        found.albedo = reflectance_of_facet(met);
 #if GLOSSY
         found.slope = dot(reflectance_slope(met.brdf), vec3(1.0 / 3.0));
 #endif

@@ -115,7 +115,7 @@ vec4 cached_light(ivec2 surfel)
 vec3 reflection_of(vec4 light, ivec2 surfel, Surface surface)
 {
     Brdf brdf = surface.brdf;
-    vec3 share = even_reflectance(brdf);
+    vec3 share = reflectance_of_facet(surface);
 #if LOBES
     vec2 layer = layer_of(brdf);
     share += is_all_layer(layer) ? vec3(0.0) : reflectance_slope(brdf) * light.a;
