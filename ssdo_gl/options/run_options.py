@@ -83,7 +83,6 @@ class RunOptions:
         metavar="NAME,...",
         modes=modes.ONE,
     )
-    two_sided: bool = _look(False, "draw backs that a glTF file says to leave out")
     time: float = _look(
         0.0,
         "time of an animated scene; a window or a page begins there",

@@ -87,6 +87,7 @@ class LoadOptions:
         " none under a transparent picture",
         choices=("auto", "off"),
     )
+    two_sided: bool = _look(False, "draw backs that a glTF file says to leave out")
     camera: str | int | None = None
     frames_all: bool = False
     is_bare: bool = False

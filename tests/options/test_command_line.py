@@ -89,7 +89,7 @@ def test_numbers_are_short_and_exact_enough() -> None:
 
 
 def test_the_camera_of_a_file_is_named():
-    loading = LoadOptions(camera="from above")
+    loading = LoadOptions(camera="from above", two_sided=True)
     command = command_line("a.glb", Settings(), scene_settings={}, camera=None, loading=loading)
     assert "--camera 'from above'" in command
-    assert read_command(shlex.split(command)[1:]).loading.camera == "from above"
+    assert read_command(shlex.split(command)[1:]).loading == loading

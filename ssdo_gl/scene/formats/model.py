@@ -180,7 +180,11 @@ class Model:
         first_mesh, first_material = len(builder.meshes), len(builder.materials)
         if material is None:
             builder.meshes += self.meshes
-            builder.materials += self.materials
+            is_shut = not builder.options.two_sided
+            builder.materials += [
+                dataclasses.replace(m, single_sided=m.single_sided and is_shut)
+                for m in self.materials
+            ]
         else:  # whose images all use the same coordinates, maybe not those of the tangents
             builder.meshes += [
                 mesh.changed(lambda m: dataclasses.replace(m, second_uvs=None, tangents=None))

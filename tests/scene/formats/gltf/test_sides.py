@@ -104,5 +104,7 @@ def test_what_a_file_says_of_sides(glb: GlbWriter, tmp_path: Path) -> None:
     glb.json["materials"] = [{}, {"doubleSided": True}, {"doubleSided": False}]
     materials = load_scene(glb.save(tmp_path / "a.glb")).materials
     assert [material.single_sided for material in materials] == [True, False, True]
+    asked = load_scene(tmp_path / "a.glb", two_sided=True)
+    assert not any(material.single_sided for material in asked.materials)
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert not load_scene(tmp_path / "a.obj").materials[0].single_sided
