@@ -11,6 +11,7 @@ from ssdo_gl.bench.measure import Point
 from ssdo_gl.options.command_line import command_line
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.loading import LoadOptions
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,8 @@ class Bench:
         ``Scene.render``.
     camera : Camera or None
         None: the scene's own.
+    loading : LoadOptions
+        How the scene was loaded.
     base : Settings
         What all points share; its size and radius are those of the bench.
     splits : dict of str to tuple of (str, float)
@@ -81,6 +84,7 @@ class Bench:
     scene: str
     scene_settings: Mapping[str, Any]
     camera: Camera | None
+    loading: LoadOptions
     base: Settings
     title: str
     radius_px: float
@@ -115,6 +119,7 @@ class Bench:
             settings,
             scene_settings=self.scene_settings,
             camera=self.camera,
+            loading=self.loading,
             aov=aov,
             out=out,
         )

@@ -241,6 +241,7 @@ class BenchRun:
             title=self.renderer.scene.title or source,
             scene_settings=self.renderer.scene.render,
             camera=self.camera,
+            loading=self.renderer.scene.loading,
             base=self.base,
             radius_px=radius_px,
             triangles=self.renderer.scene.triangle_count,

@@ -18,6 +18,7 @@ from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.measure.sweep import TimeTable
 from ssdo_gl.bench.statistics.bootstrap import BlockErrors
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.loading import LoadOptions
 
 MACHINE: dict[str, Any] = {
     "renderer": "fake <device> & driver",
@@ -110,6 +111,7 @@ def bench(**changes: Any) -> Bench:
         title="A <room> & more",
         scene_settings={"radius": 0.5},
         camera=None,
+        loading=LoadOptions(up="z"),
         base=Settings(size=(320, 180), radius=0.3),
         radius_px=40.0,
         triangles=1234,

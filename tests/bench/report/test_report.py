@@ -205,6 +205,8 @@ def test_the_terminal_says_it_in_about_ten_lines():
     command = bench().command(bench().recommendation.result.point)
     assert lines[-1] == command
     assert "--size 320x180" in command and "--antialias 1" in command
+    # As the scene was loaded that was measured.
+    assert "--up z" in command
 
 
 def test_rows_of_the_terminal_keep_both_ends_and_the_recommended_one():
