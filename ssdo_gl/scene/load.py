@@ -52,10 +52,10 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     check_type("scene", source, (str, os.PathLike), "name or path")
     text = str(source)
     path = Path(text)
+    if is_scene(text):
+        options.check_scene(text)
     kind = format_of(path)
     if kind is not None:
-        if kind.read_scene:
-            options.check_scene(text)
         read = kind.read_scene or _load_model
         try:
             return read(path, text, options)
@@ -63,7 +63,6 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
             decoders.release()
     names = builtin_names()
     if text in names:
-        options.check_scene(text)
         file = resources.folder("scenes") / f"{text}.toml"
         return read_description(
             file.read_text(encoding="utf-8"), f"scenes/{text}.toml", options=options
@@ -74,6 +73,12 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
         raise SceneError(f"{text[:200]}: {what}expected a file ending in one of {valid}")
     shown = text if len(text) <= 60 else f"{text[:57]}..."
     raise SceneError(f"no built-in scene is called {shown!r}{suggestion(text, names)}")
+
+
+def is_scene(source: str) -> bool:
+    """Return whether it names a scene file or a built-in scene, and no model."""
+    kind = format_of(Path(source))
+    return source in builtin_names() if kind is None else kind.read_scene is not None
 
 
 def builtin_names() -> list[str]:

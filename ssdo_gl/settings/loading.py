@@ -131,6 +131,13 @@ class LoadOptions:
         """Return the choices for a picture with that background: nothing lies under a cut-out."""
         return dataclasses.replace(self, is_bare=background == TRANSPARENT)
 
+    def elsewhere(self, *, is_scene: bool) -> LoadOptions:
+        """Return the choices for another file, or scene: of cameras it has its own, and an up."""
+        infos = describe(LoadOptions).items()
+        of_models = [name for name, info in infos if not info.in_scene]
+        names = ["camera", *(of_models if is_scene else ["up"])]
+        return dataclasses.replace(self, **{name: getattr(USUAL, name) for name in names})
+
     def checked(self) -> LoadOptions:
         """Return self after checking every field, or raise SettingError."""
         check(self)

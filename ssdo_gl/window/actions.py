@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ssdo_gl.images.files import OutputError
+from ssdo_gl.options.command_line import loading_flags
 from ssdo_gl.options.preset_files import preset_fields, write_preset
 from ssdo_gl.scene.animate import camera_at
 from ssdo_gl.settings.fields import SettingError
@@ -27,6 +29,7 @@ from ssdo_gl.window.opening import reload_file
 from ssdo_gl.window.saving import (
     PictureRequest,
     free_stem,
+    light_elsewhere,
     picture_meta,
     save_scene,
     save_screenshot,
@@ -225,6 +228,8 @@ def _save_scene(viewer: Viewer, host: Host, number: int) -> None:
     viewer.say(f"wrote {path.resolve()}")
     if viewer.settings.overrides:
         viewer.say("settings of single passes are not in it: C copies them as --set")
+    if flags := loading_flags(light_elsewhere(viewer)):
+        viewer.say(f"it cannot name a map from another folder: open it with {shlex.join(flags)}")
 
 
 def _material(viewer: Viewer, host: Host, number: int) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 from ssdo_gl.options.preset_files import is_preset
-from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.load import is_scene, load_scene
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.window.camera import jump_to
@@ -25,8 +24,8 @@ def open_file(path: str, viewer: Viewer) -> bool:
         return False
     try:
         loading = viewer.original.loading
-        if path != viewer.source:  # another file has other cameras
-            loading = dataclasses.replace(loading, camera=None)
+        if path != viewer.source:
+            loading = loading.elsewhere(is_scene=is_scene(path))
         scene = load_scene(path, loading)
         viewer.open(scene, path)
     except (SceneError, SettingError) as error:

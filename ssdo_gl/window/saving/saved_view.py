@@ -12,6 +12,7 @@ from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
+from ssdo_gl.settings.loading import FIT, USUAL, LoadOptions
 from ssdo_gl.version import __version__
 from ssdo_gl.window.live import REFINE_FRAMES
 from ssdo_gl.window.saving.scene_files import render_table, scene_text
@@ -49,21 +50,50 @@ def view_command(
         Instead of those that are shown.
     """
     settings = settings or settings_shown(viewer)
+    loading = viewer.original.loading
     camera, asked = viewer.camera, viewer.loaded.render
     has_camera = scene is not None or camera is viewer.original.camera
     if scene is not None:
         # The file asks for what is shown.
         asked = {**asked, **render_table(settings_shown(viewer), asked)}
+        loading = light_elsewhere(viewer)
     return command_line(
         viewer.source if scene is None else str(scene),
         settings,
         scene_settings=asked,
         camera=None if has_camera else camera,
-        loading=viewer.original.loading,
+        loading=loading,
         aov=viewer.view.aov,
         seconds=viewer.clock.seconds,
         out=out,
     )
+
+
+def _base(viewer: Viewer) -> tuple[str, Path]:
+    """Return what a scene file calls the present scene, and the folder it belongs in."""
+    if viewer.source in builtin_names():
+        return viewer.source, viewer.folder
+    # A scene lies in the folder of what it is made from, and follows no links.
+    source = Path(viewer.source).resolve()
+    return source.name, source.parent
+
+
+def _load_table(viewer: Viewer) -> dict[str, Any]:
+    """Return how a scene file says that its base is read."""
+    loading = viewer.original.loading
+    table = loading.given()
+    if loading.map_path is not None:
+        folder, image = _base(viewer)[1].resolve(), Path(loading.map_path).resolve()
+        table["light"] = image.relative_to(folder).as_posix() if folder in image.parents else ""
+    camera = FIT if loading.frames_all else loading.camera
+    return {n: v for n, v in {**table, "camera": camera}.items() if v not in (None, "")}
+
+
+def light_elsewhere(viewer: Viewer) -> LoadOptions:
+    """Return the light that a scene file cannot name: a map from another folder."""
+    loading = viewer.original.loading
+    is_named = loading.map_path is None or "light" in _load_table(viewer)
+    return USUAL if is_named else LoadOptions(light=loading.light)
 
 
 def save_scene(viewer: Viewer) -> Path:
@@ -77,11 +107,7 @@ def save_scene(viewer: Viewer) -> Path:
     OutputError
         If nobody may write there.
     """
-    base, folder = viewer.source, viewer.folder
-    if base not in builtin_names():
-        # A scene lies in the folder of what it is made from, and follows no links.
-        source = Path(base).resolve()
-        base, folder = source.name, source.parent
+    base, folder = _base(viewer)
     path = free_stem(folder, Path(base).stem, ".toml")
     lights = [
         light if is_on else light.with_emitted(BLACK)
@@ -90,6 +116,7 @@ def save_scene(viewer: Viewer) -> Path:
     text = scene_text(
         base,
         viewer.loaded,
+        load=_load_table(viewer),
         camera=viewer.camera,
         lights=lights,
         sources=viewer.light_sources,

@@ -28,6 +28,7 @@ def scene_text(
     base: str,
     original: Scene,
     *,
+    load: Mapping[str, Any],
     camera: Camera,
     lights: Sequence[Light],
     sources: Sequence[int | None],
@@ -43,6 +44,8 @@ def scene_text(
         Name of a built-in scene, or of a file in the folder that the text will be in.
     original : Scene
         As `base` is loaded.
+    load : mapping
+        How it is: `LoadOptions` by name.
     lights : sequence of Light
         Those that are off send nothing.
     sources : sequence of int or None
@@ -53,6 +56,8 @@ def scene_text(
         Settings of single passes have no place in a scene.
     """
     lines = [f"base = {json.dumps(base)}"]
+    if load:
+        lines += ["", "[load]", *(f"{name} = {toml_value(load[name])}" for name in load)]
     lines += ["", "[camera]", *_camera_lines(camera)]
     if environment is not original.environment:
         lines += ["", "[environment]", *_environment_lines(environment)]

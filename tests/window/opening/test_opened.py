@@ -151,3 +151,16 @@ def test_saved_preset_can_be_chosen_again(gl, viewer) -> None:
     viewer.choose_preset("preset-001")
     assert viewer.settings == SETTINGS
     assert viewer.view.method == SETTINGS.method
+
+
+def test_what_is_asked_of_one_model_does_not_keep_scenes_out(gl, make_viewer, tmp_path) -> None:
+    model = tmp_path / "model.obj"
+    model.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
+    viewer = make_viewer(str(model), up="z", normals="flat", ground="off", light="studio")
+    other = tmp_path / "other.obj"
+    other.write_text(model.read_text())
+    assert open_file(str(other), viewer)
+    loading = viewer.original.loading
+    assert (loading.up, loading.normals, loading.ground) == (None, "flat", "off")
+    assert open_file("corner", viewer), said(viewer)
+    assert viewer.original.loading.light == "studio"

@@ -168,3 +168,58 @@ def test_a_scene_of_a_model_behind_a_link_lies_beside_the_model(viewer, tmp_path
     ask(viewer, Command.SAVE_SCENE)
     saved = load_scene(str(tmp_path / "models" / "model-001.toml"))
     assert saved.triangle_count == viewer.loaded.triangle_count
+
+
+LEANING = "v -1 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nv 0 -1 2\nf 1 2 3\nf 1 2 4\nf 1 4 5\n"
+ASKED = [
+    {"up": "z"},
+    {"light": "studio"},
+    {"light": "sky:9"},
+    {"light": "map.hdr"},
+    {"normals": "smooth", "crease_angle": 120.0},
+    {"no_default_light": True},
+    {"ground": "off"},
+]
+
+
+def model_folder(folder: Path) -> str:
+    """Write a model and a map beside it; return the model's path."""
+    (folder / "model.obj").write_text(LEANING)
+    header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n"
+    (folder / "map.hdr").write_bytes(header + bytes((90, 128, 60, 129)) * 8)
+    return str(folder / "model.obj")
+
+
+@pytest.mark.parametrize("asked", ASKED, ids=str)
+def test_a_saved_scene_says_how_its_model_is_read(
+    gl, device, make_viewer, tmp_path, monkeypatch, asked
+) -> None:
+    source = model_folder(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    viewer = make_viewer(source, **{"ground": "auto", **asked})
+    settle(viewer)
+    picture = viewer.presenter.pixels().astype(int)
+    ask(viewer, Command.SAVE_SCENE)
+    path = str(next(tmp_path.glob("*-001.toml")))
+    again = rendered(device, [path], tmp_path / "again.png")
+    assert np.abs(again - picture).max() <= ROUNDING
+    # Read again by the window, too, and as the command of an edited scene.
+    paint(viewer)
+    viewer.apply_lights()
+    settle(viewer)
+    picture = viewer.presenter.pixels().astype(int)
+    words = shlex.split(ask(viewer, Command.COPY_COMMAND).clipboard)
+    again = rendered(
+        device, words[1 : words.index("--snapshot")] + words[4:], tmp_path / "again.png"
+    )
+    assert np.abs(again - picture).max() <= ROUNDING
+
+
+def test_a_map_from_another_folder_is_named_where_a_scene_is_saved(gl, make_viewer, tmp_path):
+    (tmp_path / "models").mkdir()
+    source = model_folder(tmp_path / "models")
+    image = (tmp_path / "models" / "map.hdr").rename(tmp_path / "map.hdr")
+    viewer = make_viewer(source, light=str(image))
+    ask(viewer, Command.SAVE_SCENE)
+    assert f"--light {image}" in said(viewer)
+    assert "map.hdr" not in (tmp_path / "models" / "model-001.toml").read_text()

@@ -10,6 +10,7 @@ from typing import Any
 
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.environment import (
     SUN,
     Environment,
@@ -19,6 +20,7 @@ from ssdo_gl.scene.environment import (
     with_sun,
 )
 from ssdo_gl.scene.files import Table, contained_file
+from ssdo_gl.scene.formats.toml.materials import file_beside
 from ssdo_gl.scene.formats.toml.scene_tables import (
     read_camera,
     read_environment,
@@ -36,13 +38,28 @@ from ssdo_gl.scene.material_edits import (
     with_edited,
 )
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.settings.backgrounds import TRANSPARENT
+from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.wording import suggestion
 
 # What such a scene may hold; lights are added, objects and materials are those of its base.
-BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit", "light")
+BASED_KEYS = (
+    "base",
+    "load",
+    "title",
+    "purpose",
+    "camera",
+    "environment",
+    "render",
+    "edit",
+    "light",
+)
 # A base may have a base.
 MOST_BASES = 16
+# One takes the place of the other.
+_LIGHT = ("light", "no_default_light")
 # The scene files that are being read: each is to be the base of the one before.
 _followers: ContextVar[tuple[Path | None, ...]] = ContextVar("followers", default=())
 
@@ -61,9 +78,11 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
         Naming the key, or what is wrong with the base.
     """
     top.allow(*BASED_KEYS)
-    base = _base(top, file, options)
-    builder = SceneBuilder(top.source, options)
     render = read_render_settings(top.table("render"))
+    is_bare = options.is_bare or render.get("background") == TRANSPARENT
+    loading = dataclasses.replace(_loading(top, file, options), is_bare=is_bare)
+    base = _base(top, file, loading)
+    builder = SceneBuilder(top.source, options)
     changes: dict[str, Any] = {
         "title": top.text("title", base.title),
         "purpose": top.text("purpose", base.purpose),
@@ -87,11 +106,16 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
         base = _sunlit(base, changes["environment"])
     table = top.table("camera")
     if table is not None:
-        changes["camera"] = _camera(table, base)
-        changes["is_framed"] = base.is_framed and "position" not in table
+        changes["camera"] = _camera(table, base, frames_all=options.frames_all)
+        is_placed = "position" in table and not options.frames_all
+        changes["is_framed"] = base.is_framed and not is_placed
         if "exposure" in table:
             changes["metering_slack"] = None
     changes["notes"] = (*base.notes, *builder.notes)
+    if loading.replaces_light and not options.replaces_light:
+        # By the file, whose own that light is.
+        changes |= {"added_light_count": 0, "has_added_sky": False}
+    changes["loading"] = options
     return dataclasses.replace(_with_edits(top, base, builder), **changes)
 
 
@@ -106,6 +130,26 @@ def _sunlit(base: Scene, environment: Environment | None) -> Scene:
     # Where the base has none, that of an image, from which it is parted, would be missing.
     lights = with_sun(base.lights, sun) if is_known else (*base.lights, sun)
     return dataclasses.replace(base, lights=lights)
+
+
+def _loading(top: Table, file: Path | None, options: LoadOptions) -> LoadOptions:
+    """Return how the base is read: as ``[load]`` says, where flags say nothing."""
+    table = top.table("load")
+    if table is None:
+        return options
+    table.allow(*describe(LoadOptions), "camera")
+    try:
+        asked = load_options(table.data)
+    except SettingError as error:
+        raise SceneError(f"{table.where()} {error}") from None
+    if asked.map_path is not None:
+        asked = dataclasses.replace(asked, light=str(file_beside(table, "light", file)))
+    if options.frames_all:
+        asked = dataclasses.replace(asked, camera=None, frames_all=True)
+    given = options.given()
+    if any(name in given for name in _LIGHT):
+        given |= {name: getattr(options, name) for name in _LIGHT}
+    return dataclasses.replace(asked, **given)
 
 
 def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
@@ -139,10 +183,14 @@ def _merged(base: Mapping[str, Any], render: Mapping[str, Any]) -> dict[str, Any
     return {**kept, **render}
 
 
-def _camera(table: Table, base: Scene) -> Camera:
+def _camera(table: Table, base: Scene, *, frames_all: bool) -> Camera:
     camera, fov_y, exposure = read_camera(table, base.camera)
-    if camera is not None:
+    if camera is not None and not frames_all:
         return camera
+    if frames_all:
+        camera = base.framed(None, fov_y, exposure)
+        is_parallel = read_height(table) is not None
+        return parallel(base.surfaces(), camera, None) if is_parallel else camera
     camera = dataclasses.replace(base.camera, fov_y=fov_y, exposure=exposure)
     height = read_height(table)
     return camera if height is None else camera.orthographic(height or None)

@@ -10,6 +10,7 @@ from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.settings.fields import SettingError
 
 
 def loaded(folder: Path, text: str) -> Scene:
@@ -112,3 +113,52 @@ def test_long_chains_and_circles_are_told_apart(tmp_path: Path) -> None:
         chain(*numbered, "corner")
     with pytest.raises(SceneError, match=r"15\.toml: base = '0.toml': expected a scene that does"):
         chain(*numbered[:15], "0.toml")
+
+
+def model(folder: Path, name: str = "model.obj") -> None:
+    (folder / name).write_text("v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 4\nf 1 2 3\nf 1 2 4\n")
+
+
+def test_a_file_says_how_its_base_is_read(tmp_path: Path) -> None:
+    model(tmp_path)
+    text = 'base = "model.obj"\n[load]\nup = "z"\nlight = "studio"\n'
+    scene = loaded(tmp_path, text)
+    asked = load_scene(tmp_path / "model.obj", up="z", light="studio")
+    assert scene.bounds()[1] == pytest.approx(asked.bounds()[1])
+    assert scene.environment.name == asked.environment.name == "studio"
+    # Flags win; more light is beside the file's, not in its place.
+    assert load_scene(tmp_path / "mine.toml", light="file").environment is None
+    assert load_scene(tmp_path / "mine.toml", no_default_light=True).environment is None
+    assert scene.add(load_scene("corner").lights[0]).environment is scene.environment
+
+
+def test_the_way_of_reading_a_base_is_checked(tmp_path: Path) -> None:
+    model(tmp_path)
+    for line, fault in {
+        'up = "x"': r"\[load\] up = 'x': expected one of y, z",
+        "upp = 1": r"\[load\]: unknown key 'upp'; did you mean 'up'\?",
+        'light = "../a.hdr"': r"\[load\] light = '../a.hdr': must not leave the folder",
+        'light = "a.hdr"': r"\[load\] light = 'a.hdr': no such file",
+        'camera = "Top"': "camera 'Top'",
+    }.items():
+        with pytest.raises((SceneError, SettingError), match=fault):
+            loaded(tmp_path, f'base = "model.obj"\n[load]\n{line}\n')
+
+
+def test_all_of_a_scene_is_framed_whatever_camera_it_has(tmp_path: Path) -> None:
+    text = 'base = "corner"\n[camera]\nposition = [9, 0, 0]\ntarget = [0, 0, 0]\nfov_y = 20.0\n'
+    loaded(tmp_path, text)
+    camera = load_scene(tmp_path / "mine.toml", camera="fit").camera
+    assert camera == load_scene("corner").framed(None, 20.0, 0.0)
+    loaded(tmp_path, text + 'projection = "orthographic"\n')
+    assert load_scene(tmp_path / "mine.toml", camera="fit").camera.height is not None
+
+
+def test_nothing_lies_under_a_transparent_picture_of_a_base(tmp_path: Path) -> None:
+    model(tmp_path)
+    (tmp_path / "mine.toml").write_text('base = "model.obj"\n')
+    assert load_scene(tmp_path / "mine.toml", ground="auto").has_ground
+    (tmp_path / "clear.toml").write_text(
+        'base = "model.obj"\n[render]\nbackground = "transparent"\n'
+    )
+    assert not load_scene(tmp_path / "clear.toml", ground="auto").has_ground
