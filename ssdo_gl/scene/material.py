@@ -6,18 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from itertools import product
 from numbers import Real
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.scene.numbers import hold_numbers, light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.settings import MAX_SIZE_PX
 from ssdo_gl.wording import chosen_fields, described
 
 Color = tuple[float, float, float]
 Wrap = Literal["repeat", "clamp"]
+_WRAPS = tuple(product(get_args(Wrap), repeat=2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +30,8 @@ class Texture:
     Attributes
     ----------
     pixels : ndarray, shape (height, width, 4), uint8 or float32
-        Row 0 at the top. uint8 colour is sRGB-encoded, alpha linear; float32 is
-        scene-linear. NaN and infinity become 0.
+        Row 0 at the top. uint8 colour is sRGB-encoded, alpha linear; floats are
+        scene-linear, and kept as float32. NaN and infinity become 0.
     wrap : pair of "repeat" or "clamp"
         What lies beyond 0..1 along u and v. Mirrored images are stored with their mirror
         image, as `ssdo_gl.scene.files.images.doubled` makes them.
@@ -45,12 +48,24 @@ class Texture:
     is_data: bool = False
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.pixels, np.ndarray) and self.pixels.shape[2:] == (4,)):
-            text = " ".join(shown(self.pixels).split())
-            raise SettingError(f"pixels = {text}: expected an array (height, width, 4)")
-        if self.pixels.dtype != np.uint8 and not np.isfinite(self.pixels).all():
-            mended = np.where(np.isfinite(self.pixels), self.pixels, np.float32(0.0))
-            object.__setattr__(self, "pixels", mended)
+        pixels = self.pixels
+        if not isinstance(pixels, np.ndarray):
+            raise SettingError(f"pixels = {shown(pixels)}: expected an array (height, width, 4)")
+        got = f"pixels: got {pixels.dtype} of shape {pixels.shape}"
+        if (
+            pixels.shape[2:] != (4,)
+            or not 1 <= min(pixels.shape) <= max(pixels.shape) <= MAX_SIZE_PX
+        ):
+            raise SettingError(f"{got}: expected (height, width, 4), each side 1 to {MAX_SIZE_PX}")
+        if pixels.dtype != np.uint8:
+            if pixels.dtype.kind != "f":
+                raise SettingError(f"{got}: expected uint8 or floats")
+            with np.errstate(over="ignore"):
+                pixels = pixels.astype(np.float32)
+            pixels[~np.isfinite(pixels)] = 0.0
+            object.__setattr__(self, "pixels", pixels)
+        if self.wrap not in _WRAPS:
+            raise SettingError(f"wrap = {shown(self.wrap)}: expected a pair of 'repeat' or 'clamp'")
 
     @cached_property
     def means(self) -> tuple[float, ...]:
@@ -143,6 +158,8 @@ class Material:
     single_sided: bool = False
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str):  # a colour, most often
+            raise SettingError(f"name = {shown(self.name)}: expected text; colours have names")
         for name in ("albedo", "emission", "specular_color"):
             object.__setattr__(self, name, light_numbers(name, getattr(self, name)))
         # Beyond 1, light that bounces would grow without end.

@@ -115,7 +115,8 @@ def array_of(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
     try:
         array = np.asarray(value)
         got = f"of {array.dtype}"
-        is_usable = array.dtype.kind in ("iu" if wanted is np.int64 else "iuf")
+        kinds = "iu" if wanted is np.int64 and array.size else "iuf"
+        is_usable = array.dtype.kind in kinds
     except ValueError:
         is_usable, got = False, "of rows that differ in length"
     else:

@@ -30,6 +30,7 @@ QUAD = [[-1.0, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
 HALVES = [[0, 1, 2], [0, 2, 3]]
 SMALL = ssdo_gl.Settings(size=(32, 18), samples=8, radius=1.0)
 LAMP = PointLight((0, 2, 0), (5, 5, 5), name="lamp")
+TEXELS = np.full((2, 2, 4), 255, np.uint8)
 PANEL = RectangleLight((-0.5, 2, -0.5), (1, 0, 0), (0, 0, 1), (9, 9, 9), name="panel")
 
 
@@ -52,6 +53,8 @@ def test_arrays_make_the_picture_of_their_file(tmp_path):
     ("changes", "message"),
     [
         ({"positions": [[0, 0], [1, 1]]}, r"positions: expected shape \(V, 3\), got \(2, 2\)"),
+        ({"positions": None}, "positions: expected an array of numbers, got one without rows"),
+        ({"triangles": []}, r"triangles: expected shape \(T, 3\), T from 1 on, got \(0,\)"),
         ({"positions": [["a", 0, 0]]}, "positions: expected an array of numbers, got one of <U"),
         ({"positions": [[0, 0, 0], [1]]}, "positions: .* of rows that differ in length"),
         ({"positions": [[0, 0, np.nan], *QUAD[1:]]}, r"positions\[0\] = .*: expected finite"),
@@ -268,7 +271,16 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
         (lambda: MapEnvironment(-np.ones((2, 4, 3))), "image: expected finite numbers from 0 on"),
         (lambda: MapEnvironment(np.ones((2, 4, 3)), math.inf), "rotation_y = inf: expected deg"),
         (lambda: ssdo_gl.Texture("wood.png"), "pixels = 'wood.png': expected an array"),
-        (lambda: ssdo_gl.Texture(np.ones((2, 2, 3))), "pixels = .*: expected an array"),
+        (
+            lambda: ssdo_gl.Texture(np.ones((2, 2, 3))),
+            r"pixels: got float64 of shape \(2, 2, 3\): expected \(height, width, 4\)",
+        ),
+        (lambda: ssdo_gl.Texture(np.ones((1, 20000, 4), np.uint8)), "each side 1 to 16384"),
+        (lambda: ssdo_gl.Texture(np.ones((0, 2, 4), np.uint8)), "each side 1 to 16384"),
+        (lambda: ssdo_gl.Texture(np.ones((2, 2, 4), np.uint16)), "expected uint8 or floats"),
+        (lambda: ssdo_gl.Texture(TEXELS, wrap="repeat"), "wrap = 'repeat': expected a pair"),
+        (lambda: ssdo_gl.Texture(TEXELS, wrap=("clamp", "mirror")), "wrap = .*: expected a pair"),
+        (lambda: Material((1, 0, 0)), r"name = \(1, 0, 0\): expected text; colours have names"),
         (
             lambda: Material(albedo_texture="wood.png"),
             "albedo_texture = 'wood.png': expected a Texture",
@@ -301,6 +313,19 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
 def test_lights_and_materials_without_meaning_are_refused(make, message):
     with pytest.raises(SettingError, match=message):
         make()
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float64])
+def test_images_of_other_floats_are_kept_as_float32(kind):
+    pixels = np.full((2, 2, 4), 0.5, kind)
+    pixels[0, 0, 0] = np.nan
+    texture = ssdo_gl.Texture(pixels)
+    assert texture.pixels.dtype == np.float32 and texture.pixels.min() == 0.0
+    assert np.isnan(pixels[0, 0, 0])
+    scene = Scene.from_arrays(
+        QUAD, HALVES, uvs=np.zeros((4, 2)) + 0.75, material=Material(albedo_texture=texture)
+    )
+    assert picture(scene, "albedo").max() == pytest.approx(0.4, abs=1e-3)
 
 
 @pytest.mark.parametrize("source", [None, 5, b"corner", np.eye(4), []])

@@ -86,7 +86,7 @@ class Mesh:
     def __post_init__(self) -> None:
         for name in VERTEX_WIDTHS:
             value = getattr(self, name)
-            if value is not None and not is_float64(value):
+            if not is_float64(value) and (value is not None or name == "positions"):
                 object.__setattr__(self, name, array_of(name, value, np.float64))
         object.__setattr__(self, "triangles", array_of("triangles", self.triangles, np.int64))
 
