@@ -28,11 +28,6 @@ from ssdo_gl.scene.formats.model import Model, some_names
 from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene_error import SceneError
 
-_UNDRAWN = {
-    1: "lines are not drawn",
-    2: "lines are not drawn",
-    3: "lines are not drawn",
-}
 # Damage to the document's structure surfaces as one of these while it is walked.
 _STRUCTURE_ERRORS = (
     KeyError,
@@ -249,8 +244,9 @@ class _Reader:
         is_bumped = self.model.materials[material.index].normal_texture is not None
         shape = read_shape(self.document, primitive, sets, poses.is_morphed(), is_bumped=is_bumped)
         if shape is None:
-            mode = primitive.get("mode", 4)
-            self.model.drop("primitives of " + _UNDRAWN.get(mode, "no vertices"))
+            are_lines = primitive.get("mode", 4) in (1, 2, 3)
+            what = "lines are not drawn" if are_lines else "no vertices"
+            self.model.drop(f"primitives of {what}")
             return None
         poses.check(shape)
         uvs = second_uvs = None

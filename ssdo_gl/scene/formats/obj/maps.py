@@ -60,7 +60,7 @@ def read_map(
         option = rest.pop(0).lower()
         values: list[float] = []
         while len(values) < _NUMBERS.get(option, 0) and len(rest) > 1:
-            value = _number(rest[0])
+            value = finite_number(rest[0])
             if value is None:
                 break
             values.append(value)
@@ -85,7 +85,8 @@ def read_map(
     )
 
 
-def _number(word: str) -> float | None:
+def finite_number(word: str) -> float | None:
+    """Return the number that a word is; None if it is none of usable size."""
     try:
         return finite(float(word), LARGEST_NUMBER)
     except ValueError:

@@ -13,7 +13,14 @@ from ssdo_gl.color import RGB_FROM_XYZ
 from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.gloss import gloss_fields, gloss_maps
-from ssdo_gl.scene.formats.obj.maps import Map, Placement, is_cut_out, masked, read_map
+from ssdo_gl.scene.formats.obj.maps import (
+    Map,
+    Placement,
+    finite_number,
+    is_cut_out,
+    masked,
+    read_map,
+)
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
@@ -204,15 +211,7 @@ def _opacity(block: dict[str, str]) -> float:
 
 def _last_number(block: dict[str, str], key: str) -> float:
     """Return the number of a statement, whose options stand before it; 0 if it is none."""
-    value = _number((_words(block, key) or ["0"])[-1])
-    return value if abs(value) <= LARGEST_NUMBER else 0.0
-
-
-def _number(word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return 0.0
+    return finite_number((_words(block, key) or ["0"])[-1]) or 0.0
 
 
 def _color(

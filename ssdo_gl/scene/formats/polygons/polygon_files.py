@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,22 +18,7 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene_error import SceneError
 
 
-def read_ply(path: Path, where: str) -> Model:
-    """Return the mesh of a .ply file; errors are SceneError."""
-    return _read(path, where, "PLY", parse_ply)
-
-
-def read_stl(path: Path, where: str) -> Model:
-    """Return the mesh of a .stl file, or its solids; errors are SceneError."""
-    return _read(path, where, "STL", parse_stl)
-
-
-def read_off(path: Path, where: str) -> Model:
-    """Return the mesh of a .off file; errors are SceneError."""
-    return _read(path, where, "OFF", parse_off)
-
-
-def _read(path: Path, where: str, title: str, parse: Callable[[bytes], list[PolygonMesh]]) -> Model:
+def _read(title: str, parse: Callable[[bytes], list[PolygonMesh]], path: Path, where: str) -> Model:
     model = Model()
     points: list[PolygonMesh] = []
     try:
@@ -63,3 +49,9 @@ def _add_points(mesh: PolygonMesh, model: Model) -> None:
         grey = 0.8 if mesh.colors is None else 1.0
         model.materials.append(Material(albedo=(grey, grey, grey)))
         model.objects.append(SceneObject(index, len(model.materials) - 1, name=mesh.name))
+
+
+# The mesh of a file, or the solids of an STL; errors are SceneError.
+read_ply = partial(_read, "PLY", parse_ply)
+read_stl = partial(_read, "STL", parse_stl)
+read_off = partial(_read, "OFF", parse_off)
