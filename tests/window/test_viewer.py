@@ -19,7 +19,7 @@ from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.input.bindings import Command
 from ssdo_gl.window.live import REFINE_FRAMES, inspect
-from ssdo_gl.window.saving.saved_view import view_command
+from ssdo_gl.window.saved_view import view_command
 from ssdo_gl.window.views import View, divider_hit
 
 
@@ -357,9 +357,10 @@ def test_every_command_can_be_given_at_any_time(gl, viewer, command: Command) ->
         viewer.frame(Controls(), FRAME_S, SIZE)
 
 
-def test_folder_that_cannot_be_written_to_is_a_message(gl, viewer) -> None:
+def test_folder_that_cannot_be_written_to_is_a_message(gl, viewer, tmp_path: Path) -> None:
     settle(viewer)
-    viewer.folder = Path("/nonexistent")
+    viewer.folder = tmp_path / "file"
+    viewer.folder.write_text("")
     ask(viewer, Command.SCREENSHOT)
     assert "cannot be written" in said(viewer)
 
