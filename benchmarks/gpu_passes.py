@@ -5,15 +5,20 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from ssdo_gl import resources
 from ssdo_gl.bench.measure.machine import CLOCK_NAMES
 from ssdo_gl.bench.report import COLORS
+from ssdo_gl.gpu.compute import compute_source
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.program import Program
+from ssdo_gl.gpu.shader import FULLSCREEN, read_shader
+from ssdo_gl.gpu.shader_source import flatten
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.planning.planner import Planner
@@ -41,7 +46,9 @@ def copy_bandwidth(device: Device, side: int) -> float:
     noise = np.random.default_rng(0).random((side, side, 4), dtype=np.float32)
     source, target = (make_texture(device.gl, (side, side), 4, "f4", noise) for _ in range(2))
     framebuffer = make_framebuffer(device.gl, [target])
-    program = ShaderLibrary(device.gl, computes=device.computes).fullscreen_source(COPY)
+    vertex = flatten(FULLSCREEN, partial(read_shader, resources.folder("shaders")))
+    way = (lambda _, fragment: compute_source(fragment)) if device.computes else None
+    program = Program(device.gl, vertex, flatten("<copy>", lambda _: COPY), way)
     timer, times = Timer(device), []
     # The first ones wake a device whose clock has slowed down.
     for _ in range(40):

@@ -99,8 +99,6 @@ class ShaderLibrary:
     ----------
     root : Traversable, optional
         Where the files lie; the shipped shaders if not given.
-    choices : mapping of str to str
-        The file behind each ``#include <name>`` that a program does not choose itself.
     computes : bool
         Run full-screen shaders as compute shaders, where they can: `Device.computes`.
     """
@@ -109,7 +107,6 @@ class ShaderLibrary:
         self,
         gl: moderngl.Context,
         root: Traversable | None = None,
-        choices: Mapping[str, str] = USUAL_CHOICES,
         *,
         computes: bool = False,
     ) -> None:
@@ -117,9 +114,8 @@ class ShaderLibrary:
         self.computes = computes
         self._macros = _ON_CPU if draws_on_cpu(gl) else _NO_CHOICES
         self._root = resources.folder("shaders") if root is None else root
-        self._choices = choices
+        self._choices = USUAL_CHOICES
         self._by_name: dict[_ProgramKey, Program] = {}
-        self._by_content: dict[str, Program] = {}
         # What was asked for before, and with which other choices.
         self._asked: dict[_ProgramKey, Program] = {}
         self._choosing: dict[tuple[tuple[str, str], ...], ShaderLibrary] = {}
@@ -207,26 +203,6 @@ class ShaderLibrary:
 
     def _kernel_source(self, name: str, choices: _ChoiceKey) -> FlatSource:
         return kernel_source(flatten(name, self._read, {}, dict(choices)))
-
-    def fullscreen_source(
-        self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
-    ) -> Program:
-        """Return a program whose fragment shader is `text`, under the same rules."""
-        fragment = flatten(
-            name,
-            lambda n: text if n == name else self._read(n),
-            defines,
-            self._choices,
-            self._macros,
-        )
-        vertex = flatten(FULLSCREEN, self._read, defines)
-        _check(vertex, fragment, defines)
-        digest = digest_of(vertex, fragment)
-        if digest not in self._by_content:
-            way = _fullscreen if self.computes else None
-            program = Program(self._gl, vertex, fragment, way)
-            self._by_content[digest] = program
-        return self._by_content[digest]
 
     def choosing(self, choices: Mapping[str, str]) -> ShaderLibrary:
         """Return this library, programs shared, with other files behind its includes."""

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from program_of_text import fullscreen_source
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.registry import effects, image_names, pass_settings, registered, term_names
@@ -57,7 +58,7 @@ class GlowPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen_source(GLOW),
+            fullscreen_source(context.shaders, GLOW),
             context.target,
             {"u_gain": self.settings.gain},
             {"t_z_vs": context.inputs["z_vs"]},

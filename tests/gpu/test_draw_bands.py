@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.fullscreen import FIRST_PIXELS, SLICE_MS, DrawBands, draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -55,7 +56,7 @@ def clobber(gl) -> None:
 
 def test_bands_shrink_until_they_fit(gl) -> None:
     # By a rasterizer, whose scissor tells what was drawn.
-    program = ShaderLibrary(gl).fullscreen_source(SLOW)
+    program = fullscreen_source(ShaderLibrary(gl), SLOW)
     target = make_framebuffer(gl, [make_texture(gl, SIZE, 4, "f4")])
     bands = DrawBands(gl)
     heights = []
@@ -77,7 +78,7 @@ def test_bands_shrink_until_they_fit(gl) -> None:
 
 
 def test_a_frame_that_is_given_up_leaves_no_bands_behind(gl, shaders) -> None:
-    program = shaders.fullscreen_source(SLOW)
+    program = fullscreen_source(shaders, SLOW)
     target = make_framebuffer(gl, [make_texture(gl, SIZE, 4, "f4")])
 
     def stop() -> None:

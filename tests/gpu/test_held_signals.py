@@ -14,6 +14,7 @@ from ssdo_gl.gpu.held_signals import held_signals, whole_before_ctrl_c
 # them, the process of the first interrupted link dies of a segmentation fault.
 INTERRUPTED_LINKS = """
 import random, signal, time
+from program_of_text import fullscreen_source
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
 
@@ -23,7 +24,8 @@ uniforms = "".join(f"uniform float u_{i};\\n" for i in range(40))
 total = " + ".join(f"u_{i}" for i in range(40))
 
 def link(number):
-    library.fullscreen_source(
+    fullscreen_source(
+        library,
         f"#version 330 core\\n{uniforms}layout(location = 0) out vec4 o_color;\\n"
         f"void main() {{ o_color = vec4({total} + {number}.0); }}\\n"
     )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
 from gpu.single_pixel import HEAD, draw
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.gpu.texture import make_texture
@@ -39,8 +40,8 @@ KINDS = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_uniforms_of_every_kind_arrive(gl, shaders, kind):
     value, expression, expected = KINDS[kind]
-    program = shaders.fullscreen_source(
-        HEAD + f"uniform {kind};\nvoid main() {{ o_color = {expression}; }}\n"
+    program = fullscreen_source(
+        shaders, HEAD + f"uniform {kind};\nvoid main() {{ o_color = {expression}; }}\n"
     )
     np.testing.assert_array_equal(draw(gl, program, {"u_x": value}), expected)
 
@@ -58,17 +59,19 @@ def test_uniforms_of_every_kind_arrive(gl, shaders, kind):
     ],
 )
 def test_values_that_do_not_fit_are_refused(gl, shaders, kind, value):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         HEAD + f"uniform {kind} u_x;\nuniform float u_y;\n"
-        f"void main() {{ o_color = u_x == {kind}(u_y) ? vec4(1.0) : vec4(0.0); }}\n"
+        f"void main() {{ o_color = u_x == {kind}(u_y) ? vec4(1.0) : vec4(0.0); }}\n",
     )
     with pytest.raises(ShaderError, match="u_x"):
         program.set({"u_x": value})
 
 
 def test_array_that_is_too_short_is_refused_and_a_cut_tail_is_not(gl, shaders):
-    program = shaders.fullscreen_source(
-        HEAD + "uniform float u_x[4];\nvoid main() { o_color = vec4(u_x[0], u_x[1], 0, 0); }\n"
+    program = fullscreen_source(
+        shaders,
+        HEAD + "uniform float u_x[4];\nvoid main() { o_color = vec4(u_x[0], u_x[1], 0, 0); }\n",
     )
     assert list(draw(gl, program, {"u_x": [1, 2, 3, 4]})) == [1, 2, 0, 0]
     with pytest.raises(ShaderError, match="u_x"):
@@ -76,8 +79,8 @@ def test_array_that_is_too_short_is_refused_and_a_cut_tail_is_not(gl, shaders):
 
 
 def test_name_that_the_source_does_not_declare_is_refused(gl, shaders):
-    program = shaders.fullscreen_source(
-        HEAD + "uniform float u_radius;\nvoid main() { o_color = vec4(u_radius); }\n"
+    program = fullscreen_source(
+        shaders, HEAD + "uniform float u_radius;\nvoid main() { o_color = vec4(u_radius); }\n"
     )
     with pytest.raises(ShaderError, match="no uniform is called u_radiu; did you mean 'u_radius'"):
         program.set({"u_radiu": 1.0})
@@ -86,18 +89,20 @@ def test_name_that_the_source_does_not_declare_is_refused(gl, shaders):
 
 
 def test_declared_uniform_that_the_driver_drops_is_skipped(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         HEAD + "uniform float u_unused;\nuniform sampler2D t_unused;\n"
-        "void main() { o_color = vec4(1.0); }\n"
+        "void main() { o_color = vec4(1.0); }\n",
     )
     image = texture_from_image(gl, np.ones((1, 1)))
     assert draw(gl, program, {"u_unused": 1.0}, {"t_unused": image})[0] == 1.0
 
 
 def test_samplers_and_values_are_not_interchangeable(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         HEAD + "uniform float u_x;\nuniform sampler2D t_x;\n"
-        "void main() { o_color = u_x * texelFetch(t_x, ivec2(0), 0); }\n"
+        "void main() { o_color = u_x * texelFetch(t_x, ivec2(0), 0); }\n",
     )
     with pytest.raises(ShaderError, match="t_x is a sampler"):
         program.set({"t_x": 0})
@@ -107,10 +112,11 @@ def test_samplers_and_values_are_not_interchangeable(gl, shaders):
 
 def test_a_draw_is_given_all_of_its_textures(gl, shaders):
     """What an earlier call has bound may be something else by now."""
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         HEAD + "uniform sampler2D t_a;\nuniform sampler2D t_b;\nvoid main() {\n"
         "  o_color.xy = vec2(texelFetch(t_a, ivec2(0), 0).r, texelFetch(t_b, ivec2(0), 0).r);\n"
-        "  o_color.zw = vec2(0.0);\n}\n"
+        "  o_color.zw = vec2(0.0);\n}\n",
     )
     a, b, c = (texture_from_image(gl, np.full((1, 1), x)) for x in (1.0, 2.0, 3.0))
     assert list(draw(gl, program, {}, {"t_b": b, "t_a": a})) == [1, 2, 0, 0]
@@ -120,8 +126,8 @@ def test_a_draw_is_given_all_of_its_textures(gl, shaders):
 
 
 def test_initialised_uniform_need_not_be_set(gl, shaders):
-    program = shaders.fullscreen_source(
-        HEAD + "uniform float u_gain = 2.0;\nvoid main() { o_color = vec4(u_gain); }\n"
+    program = fullscreen_source(
+        shaders, HEAD + "uniform float u_gain = 2.0;\nvoid main() { o_color = vec4(u_gain); }\n"
     )
     assert draw(gl, program)[0] == 2.0
 
@@ -153,8 +159,8 @@ def test_values_that_stay_are_not_written_again(gl, library, tmp_path, written):
 
 @pytest.mark.parametrize("make", [list, np.array, lambda value: (np.array(value[0]), value[1])])
 def test_a_value_that_was_changed_in_place_is_written(gl, shaders, written, make):
-    program = shaders.fullscreen_source(
-        HEAD + "uniform vec2 u_x;\nvoid main() { o_color = vec4(u_x.yx, 0, 0); }\n"
+    program = fullscreen_source(
+        shaders, HEAD + "uniform vec2 u_x;\nvoid main() { o_color = vec4(u_x.yx, 0, 0); }\n"
     )
     value = make([1.0, 2.0])
     assert list(draw(gl, program, {"u_x": value})) == [2, 1, 0, 0]

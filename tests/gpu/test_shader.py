@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from gpu.single_pixel import HEAD, draw
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.shader import ShaderError, ShaderLibrary
 
@@ -50,7 +51,7 @@ def test_link_error_names_both_files(library, tmp_path):
 def test_varying_without_its_writer_is_refused(shaders, declaration, fault):
     text = HEAD + declaration + "\nvoid main() { o_color = vec4(0.0); }\n"
     with pytest.raises(ShaderError, match=rf"^<test>:3: in .*: passes/fullscreen\.vert {fault}"):
-        shaders.fullscreen_source(text)
+        fullscreen_source(shaders, text)
 
 
 def test_define_reaches_the_shader_and_a_stray_one_is_refused(gl, library, tmp_path):
@@ -67,8 +68,8 @@ def test_programs_are_compiled_once(library, tmp_path):
     assert library.fullscreen("a.frag", {"B": 2, "A": 1}) is first
     assert library.fullscreen("a.frag", {"A": 1, "B": 3}) is not first
     text = HEAD + "void main() { o_color = vec4(1.0); }\n"
-    assert library.fullscreen_source(text) is library.fullscreen_source(text)
-    assert library.fullscreen_source(text) is not library.fullscreen_source(text + "\n")
+    assert fullscreen_source(library, text) is fullscreen_source(library, text)
+    assert fullscreen_source(library, text) is not fullscreen_source(library, text + "\n")
 
 
 def test_reload_takes_edits_also_in_includes(gl, library, tmp_path):
@@ -105,6 +106,7 @@ def test_reload_keeps_the_last_good_program(gl, library, tmp_path):
 
 
 def test_shipped_shaders_are_the_default_root(gl):
-    ShaderLibrary(gl).fullscreen_source(
-        HEAD + '#include "lib/constants.glsl"\nvoid main() { o_color = vec4(PI); }\n'
+    fullscreen_source(
+        ShaderLibrary(gl),
+        HEAD + '#include "lib/constants.glsl"\nvoid main() { o_color = vec4(PI); }\n',
     )

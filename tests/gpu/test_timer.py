@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -66,9 +67,10 @@ def test_hardware_is_asked_by_a_query_without_waiting():
 
 
 def test_timer_measures_again_and_again(device, gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = vec4(1.0); }\n"
+        "void main() { o_color = vec4(1.0); }\n",
     )
     target = make_framebuffer(gl, [make_texture(gl, (64, 64), 4, "f4")])
     timer = Timer(device)

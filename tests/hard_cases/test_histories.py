@@ -14,6 +14,7 @@ from gpu.image_texture import texture_from_image
 from hard_cases.hard_scene import CAMERA
 from hard_cases.poison import FAULT, SIZE, noise
 from passes.estimator_cases import picture_frame
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
@@ -155,7 +156,7 @@ def run_sums(device, shaders, value, schedule, fault=None, spread=1.0):
     target = make_framebuffer(gl, [result])
     frame = picture_frame(size, 0.4)
     context = PassContext(gl, shaders, None, frame, {"z_vs": textures["z_vs"]}, target)
-    program = shaders.fullscreen_source(KNOWN_SAMPLES)
+    program = fullscreen_source(shaders, KNOWN_SAMPLES)
     statistics = accumulate(
         context,
         program,

@@ -9,6 +9,7 @@ from typing import Any
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from program_of_text import fullscreen_source
 
 from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -102,7 +103,7 @@ def evaluate(
             f"void main() {{ o_result = evaluate({', '.join(arguments)}); }}",
         ]
     )
-    program = shaders.fullscreen_source(source, defines or {}, name="<snippet>")
+    program = fullscreen_source(shaders, source, defines or {}, name="<snippet>")
     # Three channels cannot be drawn to everywhere; OpenGL 3.3 promises 1, 2 and 4.
     channels = 4 if output_components == 3 else output_components
     output = make_texture(gl, (_WIDTH, height), channels, output_dtype)

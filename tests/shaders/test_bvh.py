@@ -11,6 +11,7 @@ import pytest
 from meshes import soup
 from numpy.typing import NDArray
 from oracle.ray_triangles import edge_clearance, intersect_all
+from program_of_text import fullscreen_source
 from shaders.harness import evaluate
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -209,7 +210,7 @@ void main()
 def count_leaks(gl, shaders: ShaderLibrary, bvh: Bvh, extent: float, draws: int) -> tuple[int, int]:
     """Return how many of how many random rays leave a closed surface."""
     settings: Mapping[str, Any] = arguments(gl, bvh)
-    program = shaders.fullscreen_source(LEAKS, settings["defines"])
+    program = fullscreen_source(shaders, LEAKS, settings["defines"])
     target = make_texture(gl, (256, 256), 1, "f4")
     framebuffer = make_framebuffer(gl, [target])
     leaks, per_pixel = 0, 16

@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import pytest
 from oracle.analytic_pictures import oct_encode
+from program_of_text import fullscreen_source
 from shaders.harness import evaluate
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -167,7 +168,7 @@ def test_the_logarithmic_depth_goes_from_near_to_far(gl, shaders):
         " o_none = vec4(0.0); }"
     )
     defines = {"WIDE_DEPTH_RANGE": wide_depth_range(near, far)}
-    program = shaders.fullscreen_source(source, defines, name="<depth>")
+    program = fullscreen_source(shaders, source, defines, name="<depth>")
     color = make_texture(gl, (64, 1), 4, "f4")
     depth = gl.depth_texture((64, 1))
     target = gl.framebuffer([color], depth)

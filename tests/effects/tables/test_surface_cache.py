@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from program_of_text import fullscreen_source
 
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.registry import registered
@@ -65,7 +66,7 @@ class LookupPass(RenderPass):
         self.reads = (*ray_reads(features, shades=True), *CACHE_TABLES)
 
     def execute(self, context: PassContext) -> None:
-        program = context.shaders.fullscreen_source(LOOKUP, ray_defines(context, self.features))
+        program = fullscreen_source(context.shaders, LOOKUP, ray_defines(context, self.features))
         textures = {f"t_{name}": context.inputs[name] for name in self.reads}
         draw_fullscreen(context.gl, program, context.target, ray_uniforms(context), textures)
 

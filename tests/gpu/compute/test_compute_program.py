@@ -7,10 +7,10 @@ import dataclasses
 import moderngl
 import numpy as np
 import pytest
+from program_of_text import fullscreen_source
 
-from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.compute import compute_source, computes_faster
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.fullscreen import clear, draw_fullscreen
 from ssdo_gl.gpu.geometry import triangle_rasterizer
 from ssdo_gl.gpu.shader import FULLSCREEN, ShaderError, ShaderLibrary
 from ssdo_gl.gpu.shader_source import flatten
@@ -50,7 +50,7 @@ SCREEN_ONLY = [
 def drawn(gl, library, text, dtype="f4", *, region=None, times=1, factor=1.0):
     textures = [make_texture(gl, SIZE, n, dtype, np.full((*SIZE[::-1], n), 0.125)) for n in (4, 2)]
     target = make_framebuffer(gl, textures)
-    program = library.fullscreen_source(text)
+    program = fullscreen_source(library, text)
     for number in range(times):
         uniforms = {"u_factor": (factor,) * 4}
         draw_fullscreen(gl, program, target, uniforms, {}, region=region, adds=number > 0)
@@ -89,11 +89,11 @@ def test_results_add_up(gl, computing, dtype):
 def test_what_needs_a_rasterizer_is_left_to_it(gl, computing, statement):
     text = SHADER.replace("    vec2 p =", f"    {statement}\n    vec2 p =")
     text = text.replace("uniform vec4", "uniform sampler2D t_image;\nuniform vec4")
-    assert computing.fullscreen_source(text).compute is None
+    assert fullscreen_source(computing, text).compute is None
 
 
 def test_derivatives_need_an_extension(gl, computing):
-    program = computing.fullscreen_source(DERIVATIVES)
+    program = fullscreen_source(computing, DERIVATIVES)
     has_extension = "GL_NV_compute_shader_derivatives" in gl.extensions
     assert (program.compute is not None) == has_extension
 
@@ -109,7 +109,7 @@ def test_the_made_source_keeps_files_and_lines():
 
 def test_a_faulty_shader_is_reported_as_ever(computing):
     with pytest.raises(ShaderError, match=r"<test>:\d+: .*u_facto\b"):
-        computing.fullscreen_source(SHADER.replace("= u_factor", "= u_facto"))
+        fullscreen_source(computing, SHADER.replace("= u_factor", "= u_facto"))
 
 
 @pytest.mark.parametrize("channels", [(4, 1), (1,)])
@@ -124,7 +124,7 @@ def test_a_target_is_cleared_and_can_be_drawn_into(gl, computing, channels):
     depth = np.frombuffer(target.read(components=1, attachment=-1, dtype="f4"), np.float32)
     np.testing.assert_array_equal(depth, 1.0)
     # As a pass does, which finds its target bound.
-    program = ShaderLibrary(gl).fullscreen_source(SHADER)
+    program = fullscreen_source(ShaderLibrary(gl), SHADER)
     program.set({"u_factor": (1.0,) * 4})
     gl.enable_only(moderngl.NOTHING)
     program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
 from passes.pass_harness import make_frame, make_scene
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 from ssdo_gl.graph.render_pass import PassContext
@@ -53,7 +54,7 @@ def stated(gl, shaders, halves, depth, channels, spp=4):
     for _ in range(2):
         statistics = accumulate(
             context,
-            shaders.fullscreen_source(KNOWN_HALVES),
+            fullscreen_source(shaders, KNOWN_HALVES),
             {"u_stream_a": stream_of(frame.seed, 0)},
             {f"t_{name}": textures[name] for name in ("half_a", "half_b")},
             sums,

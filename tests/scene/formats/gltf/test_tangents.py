@@ -11,6 +11,7 @@ from glb_writer import GlbWriter
 from image_bytes import png_uri
 from numpy.typing import NDArray
 from passes.ray_harness import Tracer
+from program_of_text import fullscreen_source
 
 import ssdo_gl
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -65,8 +66,8 @@ class SeenByRays(RayPass):
         raise AssertionError("the test runs the pass itself")
 
     def execute(self, context: PassContext) -> None:
-        program = context.shaders.fullscreen_source(
-            SEEN_BY_RAYS, ray_defines(context, self.features)
+        program = fullscreen_source(
+            context.shaders, SEEN_BY_RAYS, ray_defines(context, self.features)
         )
         textures = {f"t_{name}": context.inputs[name] for name in self.reads}
         uniforms = ray_uniforms(context)
