@@ -1,4 +1,4 @@
-"""Tone curves and display encoding."""
+"""Tone curves, display encoding and constants."""
 
 from __future__ import annotations
 
@@ -39,3 +39,20 @@ def test_whatever_comes_in_is_displayable(gl, shaders):
     assert np.all(np.isfinite(shown))
     assert shown.min() >= 0.0
     assert shown.max() <= 1.0 + TOLERANCE
+
+
+CONSTANTS = {
+    "PI": np.pi,
+    "TWO_PI": 2 * np.pi,
+    "HALF_PI": np.pi / 2,
+    "INV_PI": 1 / np.pi,
+    "INV_TWO_PI": 0.5 / np.pi,
+    "FLOAT_EPSILON": np.finfo(np.float32).eps,
+    "FLOAT_MAX": np.finfo(np.float32).max,
+}
+
+
+@pytest.mark.parametrize("name", CONSTANTS)
+def test_constant_is_the_nearest_float(gl, shaders, name):
+    (value,) = evaluate(gl, shaders, ["lib/constants.glsl"], name, {"unused": np.ones(1)})[:, 0]
+    assert value == np.float32(CONSTANTS[name])

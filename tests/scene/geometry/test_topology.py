@@ -1,6 +1,8 @@
-"""Cleaning of triangle lists, and telling solids from open surfaces."""
+"""Cleaning of triangle lists, telling solids from open surfaces, the box around a mesh."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 import pytest
@@ -125,3 +127,22 @@ def test_positions_of_one_key_are_told_apart(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(topology, "_position_keys", lambda p: np.zeros(len(p), dtype=np.uint64))
     rows = [(0, 0, 0), (1, 0, 0), (0, 0, 0), (0, 1, 0), (1, 0, 0)]
     assert joined_vertices(np.array(rows, dtype=np.float64)).tolist() == [0, 1, 0, 3, 1]
+
+
+# The last vertex belongs to no triangle.
+POSITIONS = np.array([[1.0, -2, 3], [0, 5, 0], [-4, 1, 1], [99, 99, 99]])
+
+
+def test_bounds_hold_what_is_drawn_and_no_more() -> None:
+    low, high = Mesh(POSITIONS, np.array([[0, 1, 2]])).bounds()
+    assert low.tolist() == [-4.0, -2.0, 0.0]
+    assert high.tolist() == [1.0, 5.0, 3.0]
+
+
+def test_bounds_are_found_out_once_and_cannot_be_spoilt() -> None:
+    mesh = Mesh(POSITIONS, np.array([[0, 1, 2]]))
+    assert mesh.bounds()[0] is mesh.bounds()[0]
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.bounds()[1][0] = 7.0
+    larger = dataclasses.replace(mesh, positions=2.0 * POSITIONS)
+    assert larger.bounds()[0].tolist() == [-8.0, -4.0, 0.0]
