@@ -1,10 +1,9 @@
-"""The camera of a scene, a pinhole or parallel rays, and the choice among those of a file."""
+"""The camera of a scene: a pinhole, or parallel rays."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, Self, runtime_checkable
 
@@ -13,12 +12,9 @@ from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector
-from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.numbers import check_number, checked_size, hold_numbers, three_numbers
 from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.loading import FIT
-from ssdo_gl.wording import suggestion
 
 # The second and third are the same.
 PROJECTIONS = ("perspective", "orthographic", "ortho")
@@ -326,52 +322,3 @@ def _rotated(arm: FloatArray, axis: FloatArray, angle: float) -> FloatArray:
         + np.cross(axis, arm) * math.sin(angle)
         + axis * (axis @ arm) * (1.0 - math.cos(angle))
     )
-
-
-@dataclass(frozen=True, eq=False)
-class FileCamera:
-    """A camera of a file.
-
-    Attributes
-    ----------
-    name : str
-        As modelling programs show it; may be empty.
-    camera : Camera
-        As it stands at rest.
-    motion : Trajectory or None
-        How it moves.
-    """
-
-    name: str
-    camera: Camera
-    motion: Trajectory | None = None
-
-
-def camera_of_file(cameras: Sequence[FileCamera], which: str | int, source: str) -> FileCamera:
-    """Return the one of a name, else of a number from 0 on.
-
-    Raises
-    ------
-    SettingError
-        Listing what `source` has.
-    """
-    names = [camera.name for camera in cameras]
-    if which in names:
-        return cameras[names.index(str(which))]
-    try:
-        index = int(which)
-    except ValueError:
-        index = -1
-    if 0 <= index < len(cameras):
-        return cameras[index]
-    hint = suggestion(str(which), [*filter(None, names), FIT], lists=False)
-    there = "camera" if len(names) == 1 else "cameras"
-    has = f"{there} {listed_names(cameras, 20)}" if names else "no cameras"
-    raise SettingError(f"camera {shown(which)}: {source} has {has}{hint}")
-
-
-def listed_names(cameras: Sequence[FileCamera], most: int) -> str:
-    """Return number and name of the first cameras, and how many more there are."""
-    texts = [f"{i} {shown(item.name)}" if item.name else f"{i}" for i, item in enumerate(cameras)]
-    more = f" and {len(texts) - most} more" if len(texts) > most else ""
-    return ", ".join(texts[:most]) + more

@@ -12,8 +12,8 @@ from typing import Any
 from ssdo_gl import resources
 from ssdo_gl.scene import decoders
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.camera import camera_of_file, listed_names
 from ssdo_gl.scene.defaults import guessed_up, turned_up
+from ssdo_gl.scene.file_camera import camera_of_file, listed_names
 from ssdo_gl.scene.formats import (
     Model,
     format_of,

@@ -9,8 +9,9 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.camera import Camera, FileCamera
+from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.file_camera import FileCamera
 from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, Surfaces, main_part
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material

@@ -11,7 +11,8 @@ import pytest
 
 from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.files.images import MAX_TEXELS
-from ssdo_gl.scene.files.radiance_maps import decode_hdr, read_radiance_map
+from ssdo_gl.scene.files.radiance_hdr import decode_hdr
+from ssdo_gl.scene.files.radiance_maps import read_radiance_map
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene_error import SceneError
 

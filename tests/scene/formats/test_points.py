@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.formats import model
+from ssdo_gl.scene.formats import point_bodies
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene_error import SceneError
 
@@ -105,7 +105,7 @@ def test_points_of_gltf_beside_triangles(glb, tmp_path):
 
 
 def test_of_very_many_points_an_even_share_is_drawn(tmp_path, monkeypatch):
-    monkeypatch.setattr(model, "MAX_POINTS", 10)
+    monkeypatch.setattr(point_bodies, "MAX_POINTS", 10)
     rows = [(i, 0, 0) for i in range(25)]
     scene = loaded(tmp_path, "cloud.ply", ply(rows))
     assert scene.triangle_count == 9 * 8

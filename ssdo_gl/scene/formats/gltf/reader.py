@@ -14,15 +14,17 @@ from pathlib import Path
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.camera import FileCamera
+from ssdo_gl.scene.file_camera import FileCamera
 from ssdo_gl.scene.formats.gltf.allowed import check_extensions, misplaced
 from ssdo_gl.scene.formats.gltf.animation import read_channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
-from ssdo_gl.scene.formats.gltf.geometry import read_points, read_shape, unpack
+from ssdo_gl.scene.formats.gltf.draco import unpack
+from ssdo_gl.scene.formats.gltf.geometry import read_points, read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
+from ssdo_gl.scene.formats.gltf.poses import Poses
 from ssdo_gl.scene.formats.gltf.ranges import Ranges
-from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Poses, Rig, Skin
+from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
 from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model, some_names
 from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
