@@ -215,7 +215,7 @@ def _fly_through(
 
         serve_scene(scene, settings, command.serving, backend=command.run.backend, **options)
     else:
-        from ssdo_gl.window.session import open_window
+        from ssdo_gl.window.window import open_window
 
         open_window(scene, settings, **options)
 

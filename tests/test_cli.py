@@ -212,7 +212,7 @@ def test_flags_without_effect_in_a_window_are_refused(capsys, flags, said):
 def test_the_window_begins_with_the_image_and_the_time_that_are_named(monkeypatch):
     taken = {}
     monkeypatch.setattr(
-        "ssdo_gl.window.session.open_window", lambda *args, **more: taken.update(more)
+        "ssdo_gl.window.window.open_window", lambda *args, **more: taken.update(more)
     )
     assert main(["corner", "--aov", "depth", "--time", "2.5", "--backend", "window"]) == 0
     assert (taken["aov"], taken["seconds"]) == ("depth", 2.5)

@@ -15,6 +15,7 @@ from ssdo_gl.bench import analysis, report, scaling
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.bench_workers import spread
+from ssdo_gl.bench.judging import Judging
 from ssdo_gl.bench.measure import (
     ERROR_FORMAT,
     BenchRenderer,
@@ -33,7 +34,6 @@ from ssdo_gl.bench.measure import (
     unit_px,
 )
 from ssdo_gl.bench.references import (
-    Judging,
     ReferenceRequest,
     ReferenceSet,
     good_enough,

@@ -10,7 +10,8 @@ import moderngl
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, reads_backs
 from ssdo_gl.effects.request import Decision, Request
-from ssdo_gl.gpu.fullscreen import clear, draw_fullscreen
+from ssdo_gl.gpu.clear import clear
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry import Features, Numbered, TriangleRasterizer, can_rasterize
 from ssdo_gl.gpu.program import Program
 from ssdo_gl.graph.render_pass import PassContext, RenderPass

@@ -14,7 +14,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, lights_of_glow, need_of_direct_light
 from ssdo_gl.effects.shadows import ShadowMapSettings, unread_maps
-from ssdo_gl.gpu.fullscreen import clear
+from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass

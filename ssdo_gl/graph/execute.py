@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from ssdo_gl.gpu.fullscreen import clear
+from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import Plan

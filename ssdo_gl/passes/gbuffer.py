@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import moderngl
 
-from ssdo_gl.gpu.fullscreen import clear, clear_last_in, last_kept
+from ssdo_gl.gpu.clear import clear, clear_last_in, last_kept
 from ssdo_gl.gpu.geometry import (
     Features,
     TriangleRasterizer,

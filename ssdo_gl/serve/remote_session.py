@@ -13,11 +13,12 @@ import glfw
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.serve.delivery import Delivery, SentPicture
 from ssdo_gl.serve.page_events import PageEventError, pixels_of
-from ssdo_gl.serve.page_state import RemoteHost, choose, flag, shown_state
+from ssdo_gl.serve.page_state import choose, flag, shown_state
+from ssdo_gl.serve.remote_host import RemoteHost
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.window.camera import Flight, jump_to, stilled
 from ssdo_gl.window.events import Events
-from ssdo_gl.window.film_export import Interrupted
+from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop
 

@@ -22,7 +22,8 @@ from ssdo_gl.serve.server import run_server
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.shared_scene import SharedScene
-from ssdo_gl.window.viewer import Viewer, exposed
+from ssdo_gl.window.first_exposure import exposed
+from ssdo_gl.window.viewer import Viewer
 
 
 class _Viewers:

@@ -26,8 +26,8 @@ from ssdo_gl.window.history import Edited
 from ssdo_gl.window.input import Action, Command
 from ssdo_gl.window.kept_files import Recent
 from ssdo_gl.window.opening import reload_file
-from ssdo_gl.window.picture_job import PictureRequest
-from ssdo_gl.window.saved_view import (
+from ssdo_gl.window.saving import (
+    PictureRequest,
     free_stem,
     light_elsewhere,
     picture_meta,

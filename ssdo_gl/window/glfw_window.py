@@ -6,7 +6,8 @@ from typing import Any
 
 import glfw
 
-from ssdo_gl.gpu.context import ContextError, Device, attach_to_window, leave_full_disk_alone
+from ssdo_gl.gpu.context import ContextError, Device, attach_to_window
+from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
 from ssdo_gl.gpu.glfw_use import errors_of
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import Events

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.window.actions import Host
-from ssdo_gl.window.film_export import FilmExport
+from ssdo_gl.window.film import FilmExport
 from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.input import Command, InputMap
 from ssdo_gl.window.opening import FileDialog, FileWatch, open_file, reload_file
-from ssdo_gl.window.picture_job import PictureJob, PictureRequest
+from ssdo_gl.window.saving import PictureJob, PictureRequest
 from ssdo_gl.window.viewer import Viewer
 
 if TYPE_CHECKING:

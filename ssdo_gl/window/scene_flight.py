@@ -1,12 +1,9 @@
-"""A scene, its time, and a camera that flies through it: everything that needs no device."""
+"""A scene and a camera that flies through it: everything that needs no device."""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +17,7 @@ from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.material_edits import with_edited
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.window.animation_clock import Clock
 from ssdo_gl.window.camera import (
     KEEP_AWAY,
     Controls,
@@ -32,113 +30,7 @@ from ssdo_gl.window.camera import (
     start_flight,
     views_file,
 )
-
-# Time to read two lines; what went wrong is read twice.
-SECONDS = 4.0
-FAULT_SECONDS = 8.0
-MOST_LINES = 4
-
-
-@dataclass(frozen=True)
-class Message:
-    """One line.
-
-    Attributes
-    ----------
-    is_fault : bool
-        Whether something went wrong.
-    key : str
-        A later message of the same key takes its place.
-    until : float
-        When it goes, by the clock of its `Messages`.
-    """
-
-    text: str
-    is_fault: bool
-    key: str
-    until: float
-
-
-class Messages:
-    """What is shown at present, oldest first.
-
-    Parameters
-    ----------
-    clock : callable
-        Returns seconds that only ever grow.
-    """
-
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self.lines: list[Message] = []
-
-    def say(self, text: str, *, is_fault: bool = False, key: str = "") -> None:
-        """Show a line; the same text, or one of its `key`, is shown only once."""
-        until = self._clock() + (FAULT_SECONDS if is_fault else SECONDS)
-        message = Message(text, is_fault, key or text, until)
-        others = [line for line in self.lines if line.key != message.key]
-        self.lines = [*others, message][-MOST_LINES:]
-
-    def expire(self) -> bool:
-        """Drop what has been shown long enough; return whether anything was."""
-        kept = [line for line in self.lines if line.until > self._clock()]
-        dropped = len(kept) < len(self.lines)
-        self.lines = kept
-        return dropped
-
-
-# One step of a stopped animation: a frame of film, nearly.
-STEP_SECONDS = 1.0 / 30.0
-# How far the time line goes until somebody sets another length.
-LENGTH_SECONDS = 10.0
-
-
-@dataclass
-class Clock:
-    """Seconds since the scene was at rest.
-
-    Attributes
-    ----------
-    is_running : bool
-        Only where something moves at all, so that a still scene can come to rest.
-    length_s : float
-        How far the time line goes, > 0.
-    loops : bool
-        Whether it begins again at its end.
-    """
-
-    has_motion: bool
-    seconds: float = 0.0
-    is_running: bool = False
-    length_s: float = LENGTH_SECONDS
-    loops: bool = False
-
-    @staticmethod
-    def of(has_motion: bool) -> Clock:
-        """Return a clock that runs if there is anything to see."""
-        return Clock(has_motion, is_running=has_motion)
-
-    def advance(self, seconds: float) -> None:
-        """Let time pass, if it runs."""
-        if self.is_running:
-            self.seconds += seconds
-            if self.loops and self.seconds > self.length_s:
-                self.seconds %= self.length_s
-
-    def scrub(self, seconds: float) -> None:
-        """Stop, and go to a time."""
-        self.is_running = False
-        self.seconds = seconds
-
-    def toggle(self) -> None:
-        """Stop, or go on."""
-        self.is_running = self.has_motion and not self.is_running
-
-    def step(self) -> None:
-        """Stop and go one step on."""
-        self.is_running = False
-        if self.has_motion:
-            self.seconds += STEP_SECONDS
+from ssdo_gl.window.messages import Messages
 
 
 class SceneFlight:

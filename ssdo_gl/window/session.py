@@ -6,16 +6,12 @@ import statistics
 import sys
 import time
 from collections import deque
-from pathlib import Path
-from typing import Any
 
 import glfw
 
 from ssdo_gl.gpu.shader import ShaderError
-from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings import Settings
 from ssdo_gl.window.events import PANEL_FRAMES, Events
-from ssdo_gl.window.film_export import FilmExport, Interrupted
+from ssdo_gl.window.film import FilmExport, Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.host import NO_PANEL, WindowHost
 from ssdo_gl.window.input import combined
@@ -230,33 +226,3 @@ class Session(ViewerLoop):
             self._host.overlay.show_faults(faults)
         for fault in faults:
             print(f"ssdo-gl: {fault}", file=sys.stderr)
-
-
-def open_window(scene: Scene, settings: Settings, *, source: str = "", **options: Any) -> None:
-    """Show `scene` in a window until it is closed.
-
-    Parameters
-    ----------
-    settings : Settings
-        ``size`` is that of the window, in its own coordinates.
-    source : str
-        The scene as the user named it.
-    options
-        Others of `Viewer`.
-
-    Raises
-    ------
-    ContextError
-        If there is no display or no OpenGL for a window.
-    """
-    title = f"{Path(source).name or scene.title} - ssdo_gl"
-    window = GlfwWindow(settings.size, title)
-    try:
-        viewer = Viewer(window.device, scene, settings, source=source, **options)
-        session = Session(window, title, viewer)
-        try:
-            session.run()
-        finally:
-            session.release()
-    finally:
-        window.close()

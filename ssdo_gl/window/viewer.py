@@ -1,4 +1,4 @@
-"""What the window shows, exposed at first, and how it answers: all but the window itself."""
+"""What the window shows and how it answers: everything but the window itself."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.options.resolve import settings_for
-from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.scene import Scene
@@ -22,24 +21,9 @@ from ssdo_gl.settings.fields import values
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.canvas import DEFAULT_BUDGET_MS, Canvas, without_line
+from ssdo_gl.window.first_exposure import exposed
 from ssdo_gl.window.history import Edited, History
 from ssdo_gl.window.live import clearance
-
-
-def exposed(
-    scene: Scene, settings: Settings, camera: Camera | None, device: Device, shaders: ShaderLibrary
-) -> Scene:
-    """Return the scene with the exposure that what `camera` sees asks for, noted.
-
-    As it is, if its camera's exposure holds.
-    """
-    if scene.metering_slack is None or scene.is_metered:
-        return scene
-    settings = dataclasses.replace(settings, exposure=None, is_resolved=False)
-    with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
-        notes = renderer.expose(camera)
-        return dataclasses.replace(renderer.scene, notes=(*scene.notes, *notes))
-
 
 # Frames in motion that take longer are cut into slices, too, so that the panel answers.
 SLOW_MS = 50.0

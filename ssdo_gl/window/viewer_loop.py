@@ -10,7 +10,7 @@ from collections.abc import Callable
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import Events
-from ssdo_gl.window.film_export import Interrupted
+from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.input import InputMap
 from ssdo_gl.window.opening import fault_text
 from ssdo_gl.window.viewer import Viewer

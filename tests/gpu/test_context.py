@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 from ctypes.util import find_library
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -260,38 +258,3 @@ def test_objects_may_outlive_the_context():
     )
     answer = run_python("-W", "error", "-c", code)
     assert answer.stdout.strip() == "alive", answer.stderr
-
-
-DISABLE = "MESA_SHADER_CACHE_DISABLE"
-
-
-@pytest.mark.parametrize(
-    ("variable", "beneath"),
-    [("MESA_SHADER_CACHE_DIR", "a/b"), ("XDG_CACHE_HOME", ""), ("HOME", "")],
-)
-@pytest.mark.parametrize(("free", "disabled"), [(40_000, "true"), (1 << 30, None)])
-def test_a_full_disk_gets_no_cache(
-    monkeypatch, tmp_path: Path, variable: str, beneath: str, free: int, disabled: str | None
-) -> None:
-    asked = []
-
-    def disk_usage(folder: Path) -> SimpleNamespace:
-        asked.append(folder)
-        return SimpleNamespace(free=free)
-
-    # Set and taken away: what the call sets is taken back at the end.
-    monkeypatch.setenv(DISABLE, "")
-    for name in (DISABLE, "MESA_SHADER_CACHE_DIR", "XDG_CACHE_HOME"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv(variable, str(tmp_path / beneath))
-    monkeypatch.setattr(shutil, "disk_usage", disk_usage)
-    create_context().release()
-    assert os.environ.get(DISABLE) == disabled
-    assert asked == [tmp_path]
-
-
-def test_what_somebody_has_chosen_stays(monkeypatch) -> None:
-    monkeypatch.setenv(DISABLE, "false")
-    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=0))
-    create_context().release()
-    assert os.environ[DISABLE] == "false"

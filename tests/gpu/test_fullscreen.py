@@ -1,13 +1,12 @@
-"""The fullscreen triangle covers every pixel once; framebuffers cleared in part."""
+"""The fullscreen triangle: covers every pixel once, with the right coordinates."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
-from program_of_text import fullscreen_source
 
-from ssdo_gl.gpu.fullscreen import clear_last_in, draw_fullscreen
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
 
@@ -17,10 +16,9 @@ UV_TOLERANCE = 1e-6
 
 
 def test_v_uv_is_the_pixel_centre_of_every_pixel(gl, shaders):
-    program = fullscreen_source(
-        shaders,
+    program = shaders.fullscreen_source(
         "#version 330 core\nin vec2 v_uv;\nlayout(location = 0) out vec2 o_uv;\n"
-        "void main() { o_uv = v_uv; }\n",
+        "void main() { o_uv = v_uv; }\n"
     )
     texture = make_texture(gl, (7, 5), 2, "f4")
     target = make_framebuffer(gl, [texture])
@@ -34,10 +32,9 @@ def test_v_uv_is_the_pixel_centre_of_every_pixel(gl, shaders):
 def test_state_of_an_earlier_draw_does_not_leak(gl, shaders):
     import moderngl
 
-    program = fullscreen_source(
-        shaders,
+    program = shaders.fullscreen_source(
         "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = vec4(0.5); }\n",
+        "void main() { o_color = vec4(0.5); }\n"
     )
     texture = make_texture(gl, (4, 4), 4, "f4")
     target = make_framebuffer(gl, [texture], depth=True)
@@ -49,10 +46,9 @@ def test_state_of_an_earlier_draw_does_not_leak(gl, shaders):
 
 
 def test_the_last_attachment_can_be_left_as_it_is(gl, shaders):
-    program = fullscreen_source(
-        shaders,
+    program = shaders.fullscreen_source(
         "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = vec4(0.5); }\n",
+        "void main() { o_color = vec4(0.5); }\n"
     )
     textures = [make_texture(gl, (4, 4), 4, "f4") for _ in range(2)]
     target = make_framebuffer(gl, textures)
@@ -66,33 +62,13 @@ def test_the_last_attachment_can_be_left_as_it_is(gl, shaders):
 
 
 def test_a_uniform_that_was_never_set_is_refused(gl, shaders):
-    program = fullscreen_source(
-        shaders,
+    program = shaders.fullscreen_source(
         "#version 330 core\nuniform float u_gain;\nuniform sampler2D t_image;\n"
         "layout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = u_gain * texelFetch(t_image, ivec2(0), 0); }\n",
+        "void main() { o_color = u_gain * texelFetch(t_image, ivec2(0), 0); }\n"
     )
     target = make_framebuffer(gl, [make_texture(gl, (1, 1), 4, "f4")])
     image = texture_from_image(gl, np.ones((1, 1, 4)))
     with pytest.raises(ShaderError, match="never set: t_image, u_gain"):
         draw_fullscreen(gl, program, target, {}, {})
     draw_fullscreen(gl, program, target, {"u_gain": 2.0}, {"t_image": image})
-
-
-def test_the_last_attachment_is_cleared_in_a_part_and_the_others_whole(gl):
-    textures = [make_texture(gl, (6, 4), 4, "f4") for _ in range(3)]
-    depth = gl.depth_texture((6, 4))
-    target = gl.framebuffer(textures, depth)
-    target.clear(1.0, 2.0, 3.0, 4.0, depth=0.25)
-    masks = target.color_mask
-    clear_last_in(target, (1, 2, 3, 1))
-    first, second, last = (
-        np.frombuffer(texture.read(), np.float32).reshape(4, 6, 4) for texture in textures
-    )
-    assert not first.any() and not second.any()
-    wanted = np.broadcast_to(np.array([1.0, 2.0, 3.0, 4.0], np.float32), (4, 6, 4)).copy()
-    wanted[2, 1:4] = 0.0
-    np.testing.assert_array_equal(last, wanted)
-    steps = np.frombuffer(depth.read(), np.float32)
-    assert np.all(steps == 1.0)
-    assert target.color_mask == masks and target.depth_mask

@@ -1,4 +1,4 @@
-"""Textures keep what is put in, the right way up; fetches of texels; the pool frees them."""
+"""Textures keep what is put in; read-back and upload agree on which row is the top."""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ import moderngl
 import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
-from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import FrameSizeError, make_framebuffer, make_texture, read_texture
-from ssdo_gl.gpu.texture_pool import TexturePool
 
 # Rounding to the nearest of 2^n - 1 steps is off by half a step at most; the division
 # back to float32 adds one rounding.
@@ -39,7 +37,7 @@ def test_image_survives_upload_and_read_back(gl, components, dtype):
 
 
 def test_row_0_of_an_image_is_the_top_and_of_texture_data_the_bottom(gl, shaders):
-    program = fullscreen_source(shaders, FETCH)
+    program = shaders.fullscreen_source(FETCH)
     image = gradient(4)
     output = make_texture(gl, (1, 1), 4, "f4")
     target = make_framebuffer(gl, [output])
@@ -52,7 +50,7 @@ def test_row_0_of_an_image_is_the_top_and_of_texture_data_the_bottom(gl, shaders
 
 
 def test_shader_sees_normalised_integers_as_written(gl, shaders):
-    program = fullscreen_source(shaders, FETCH)
+    program = shaders.fullscreen_source(FETCH)
     output = make_texture(gl, (1, 1), 4, "f4")
     texture = make_texture(gl, (1, 1), 4, "nu2", [0.0, 0.25, 1.0, 2.0])
     draw_fullscreen(
@@ -69,11 +67,10 @@ def test_special_floats_survive(gl):
 
 
 def test_texture_is_read_texel_by_texel_and_clamped(gl, shaders):
-    program = fullscreen_source(
-        shaders,
+    program = shaders.fullscreen_source(
         "#version 330 core\nuniform sampler2D t_image;\nuniform vec2 u_uv;\n"
         "layout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = texture(t_image, u_uv); }\n",
+        "void main() { o_color = texture(t_image, u_uv); }\n"
     )
     image = np.array([[1.0, 2.0, 3.0]])
     texture = texture_from_image(gl, image)
@@ -85,11 +82,10 @@ def test_texture_is_read_texel_by_texel_and_clamped(gl, shaders):
 
 
 def test_framebuffer_draws_into_its_textures_in_order(gl, shaders):
-    program = fullscreen_source(
-        shaders,
+    program = shaders.fullscreen_source(
         "#version 330 core\n"
         "layout(location = 0) out vec4 o_a;\nlayout(location = 1) out float o_b;\n"
-        "void main() { o_a = vec4(1.0, 2.0, 3.0, 4.0); o_b = 5.0; }\n",
+        "void main() { o_a = vec4(1.0, 2.0, 3.0, 4.0); o_b = 5.0; }\n"
     )
     a, b = make_texture(gl, (3, 2), 4, "f4"), make_texture(gl, (3, 2), 1, "f4")
     framebuffer = make_framebuffer(gl, [a, b], depth=True)
@@ -129,47 +125,3 @@ def test_memory_that_a_device_lacks_is_told_from_faults_of_the_program(gl):
         make_framebuffer(NoMemory("GL_OUT_OF_MEMORY"), [texture])
     with pytest.raises(moderngl.Error, match="UNSUPPORTED"):
         make_framebuffer(NoMemory("GL_NO_ERROR"), [texture])
-
-
-# Mirrored, so that a shift by a part of a texel does not go unnoticed either way.
-SOURCE = """#version 330 core
-uniform sampler2D t_image;
-layout(location = 0) out vec4 o_color;
-void main()
-{
-    ivec2 last = textureSize(t_image, 0) - 1;
-    o_color = texelFetch(t_image, last - ivec2(gl_FragCoord.xy), 0);
-}
-"""
-
-
-@pytest.mark.parametrize("size", [(1, 1), (3, 7), (640, 360), (1001, 13), (16384, 3), (3, 16383)])
-@pytest.mark.parametrize(("components", "dtype"), [(1, "f4"), (4, "f4"), (4, "nu2"), (4, "nu1")])
-def test_every_fetch_finds_its_texel(gl, shaders, size, components, dtype):
-    width, height = size
-    number = np.arange(width * height * components) % 251
-    values = number.reshape(height, width, components) / 255.0
-    image = make_texture(gl, size, components, dtype, values)
-    target = make_texture(gl, size, 4, "f4")
-    program = fullscreen_source(shaders, SOURCE)
-    draw_fullscreen(gl, program, make_framebuffer(gl, [target]), {}, {"t_image": image})
-    found = read_texture(target)[:, :, :components]
-    # Integers become floats within a rounding of how the host does it; neighbours differ by 4e-3.
-    np.testing.assert_allclose(found, read_texture(image)[::-1, ::-1], rtol=3e-7)
-
-
-def test_a_trim_that_is_interrupted_can_be_repeated(gl: moderngl.Context, monkeypatch) -> None:
-    """Ctrl-C there was a KeyError of the release that followed."""
-    pool = TexturePool(gl)
-    for texture in [pool.borrow((4, 4), 1, "f4") for _ in range(3)]:
-        pool.give_back(texture)
-
-    def interrupted(_texture: moderngl.Texture) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as once:
-        once.setattr(moderngl.Texture, "release", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            pool.trim()
-    pool.trim()
-    assert pool.texture_count == 0

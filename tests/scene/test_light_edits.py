@@ -23,7 +23,7 @@ from ssdo_gl.scene.lights import KINDS, Light, PointLight, RectangleLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.window.scene_flight import STEP_SECONDS, Clock
+from ssdo_gl.window.animation_clock import STEP_SECONDS, Clock
 
 
 @pytest.fixture(scope="module")

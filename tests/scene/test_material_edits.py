@@ -20,7 +20,7 @@ from ssdo_gl.scene.material_edits import (
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import SceneError
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.saved_view import scene_text
+from ssdo_gl.window.saving.scene_files import scene_text
 
 VALUES = {
     "albedo": (0.1, 0.7, 0.3),

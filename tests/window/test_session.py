@@ -18,10 +18,10 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window import session as session_module
 from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.film_export import Interrupted
+from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.input import Command
-from ssdo_gl.window.scene_flight import Messages
+from ssdo_gl.window.messages import Messages
 from ssdo_gl.window.session import Session
 from ssdo_gl.window.viewer import Viewer
 

@@ -10,7 +10,7 @@ from ssdo_gl.bench.analysis import Result, front_of, percent, recommend, surenes
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import ErrorPanel, error_panels
 from ssdo_gl.bench.presets import FIELDS, NAMES, PresetRung, read_ladder
-from ssdo_gl.bench.report.tables import command_html, folded_command, number, table
+from ssdo_gl.bench.report.cells import command_html, folded_command, number, table
 
 # What the page asks for before the reader has typed anything; percent.
 USUAL_MS, USUAL_PERCENT = 30.0, 5.0

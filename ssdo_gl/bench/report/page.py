@@ -1,23 +1,18 @@
-"""Writes what a bench found: one HTML file that needs nothing else, CSV, JSON and plots."""
+"""The bench as one HTML file that needs nothing else: no network, no other file."""
 
 from __future__ import annotations
 
-import dataclasses
-import importlib.util
 import json
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
-from pathlib import Path
 from string import Template
 from typing import Any
 
-from rich.console import Console
-
-from ssdo_gl.bench.analysis import Result, as_row, front_of
+from ssdo_gl.bench.analysis import Result, front_of
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import CLOCK_NAMES, error_panels
-from ssdo_gl.bench.report import key, plots
+from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.advice import (
     answer_data,
     answer_section,
@@ -27,7 +22,9 @@ from ssdo_gl.bench.report.advice import (
     recommendations,
     usual_answers,
 )
+from ssdo_gl.bench.report.cells import table
 from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT, Figure
+from ssdo_gl.bench.report.data_files import bench_json, points_csv
 from ssdo_gl.bench.report.figures import front_chart, samples_charts, scaling_charts, split_chart
 from ssdo_gl.bench.report.gallery import data_uri, gallery
 from ssdo_gl.bench.report.sentences import (
@@ -36,11 +33,8 @@ from ssdo_gl.bench.report.sentences import (
     method_paragraphs,
     reference_sentence,
 )
-from ssdo_gl.bench.report.tables import front_table, points_table, table
-from ssdo_gl.bench.report.terminal import print_summary
+from ssdo_gl.bench.report.tables import front_table, points_table
 from ssdo_gl.bench.scaling import PARTS
-from ssdo_gl.bench.statistics import missing
-from ssdo_gl.bench.storage import csv_bytes, json_bytes, replace_file
 
 
 def _source(name: str) -> str:
@@ -170,70 +164,3 @@ def _embedded(content: Any) -> str:
     """Return JSON that may stand inside a script element."""
     text = json.dumps(content, allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def points_csv(bench: Bench) -> bytes:
-    """Return every point with all its numbers as CSV."""
-    return csv_bytes([as_row(result) for result in bench.results])
-
-
-def bench_json(bench: Bench) -> bytes:
-    """Return what the CSV has no place for: machine, references, series, recommendation."""
-    recommended = bench.recommendation.result
-    content: dict[str, Any] = {
-        "scene": bench.scene,
-        "title": bench.title,
-        "size": list(bench.base.size),
-        "radius": bench.base.radius,
-        "radius_px": bench.radius_px,
-        "triangles": bench.triangles,
-        "quick": bench.quick,
-        "seeds": bench.seeds,
-        "rounds": bench.rounds,
-        "frames": bench.frames,
-        "clock": bench.clock,
-        "drift": list(bench.drift),
-        "machine": bench.machine,
-        "references": {
-            name: dataclasses.asdict(reference) for name, reference in bench.references.items()
-        },
-        "series": [dataclasses.asdict(series) for series in bench.series],
-        "splits": {key: dict(split) for key, split in bench.splits.items()},
-        "recommendation": {
-            "key": recommended.point.key if recommended else None,
-            "sentence": bench.recommendation.sentence,
-        },
-        "notes": list(bench.notes),
-    }
-    return json_bytes(content)
-
-
-# Import name -> what pip calls it.
-LIBRARIES = {
-    "matplotlib": "matplotlib",
-    "skimage": "scikit-image",
-    "flip_evaluator": "flip-evaluator",
-}
-
-
-def check_libraries() -> None:
-    """Raise MissingLibraryError before any work if a library of the bench is missing."""
-    for module, name in LIBRARIES.items():
-        if importlib.util.find_spec(module) is None:
-            raise missing(name)
-
-
-def write_report(bench: Bench, outdir: Path) -> None:
-    """Write points.csv, bench.json, pareto.png, pareto.svg and report.html."""
-    replace_file(outdir / "points.csv", points_csv(bench))
-    replace_file(outdir / "bench.json", bench_json(bench))
-    figure = plots.pareto_figure(bench)
-    for kind in ("png", "svg"):
-        replace_file(outdir / f"pareto.{kind}", plots.as_bytes(figure, kind))
-    replace_file(outdir / "report.html", report_html(bench).encode())
-
-
-def print_outcome(bench: Bench, outdir: Path, console: Console) -> None:
-    """Print the short version and where the long one is."""
-    print_summary(bench, console)
-    console.print(f"report: {outdir / 'report.html'}", markup=False)

@@ -1,4 +1,4 @@
-"""Rasterizes a scene's triangles by compute shaders, and draws the surfaces of those that show.
+"""Rasterizes a scene's triangles by compute shaders, where few processors draw.
 
 Small triangles are drawn by one invocation each, large ones block by block; the nearest of each
 pixel is found by atomic operations: first its depth, then, in a second run, which triangle has it.
@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 
-from ssdo_gl.gpu.compute import CLEARS, IDS, INDICES, INSTANCES, PIXELS, STREAMS, TRIANGLES, Kernel
+from ssdo_gl.gpu.compute import Kernel
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry.device_geometry import Numbered
 from ssdo_gl.gpu.instance_attributes import INSTANCE_FLOATS
-from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 
@@ -128,42 +127,3 @@ class TriangleRasterizer:
         group.instances.bind_to_storage_buffer(_INSTANCES)
         group.vertices.buffers["a_position_os"][0].bind_to_storage_buffer(_POSITIONS)
         kernel.run(-(-count * len(instances) // _INVOCATIONS))
-
-
-def draw_surfaces(
-    gl: moderngl.Context,
-    ids: moderngl.Texture,
-    parts: Sequence[Numbered],
-    programs: Sequence[Program],
-    outputs: Sequence[moderngl.Texture],
-    uniforms: Mapping[str, object],
-) -> None:
-    """Write what shows of `parts`, which are all that has a number, and 0 where nothing does.
-
-    Parameters
-    ----------
-    ids : moderngl.Texture
-        Of `TriangleRasterizer`.
-    programs : sequence of Program
-        Of `ShaderLibrary.visible_surface`, for what each part needs; compute shaders.
-    uniforms : mapping
-        Of each of them.
-    """
-    for part, program in zip(parts, programs, strict=True):
-        group = part.group
-        textures = {n: t for n, t in group.textures.items() if program.takes(n)}
-        program.set(uniforms, textures)
-        program.check_complete(textures)
-        instances, count = part.visible.in_turn, group.vertices.triangle_count
-        group.hold(instances)
-        compute = program.compute
-        assert compute is not None
-        compute.number(TRIANGLES, (part.first, count * len(instances), count))
-        compute.number(CLEARS, int(part is parts[0]))
-        compute.number(IDS, compute.first_unit)
-        ids.use(compute.first_unit)
-        group.vertices.indices.bind_to_storage_buffer(INDICES)
-        group.instances.bind_to_storage_buffer(INSTANCES)
-        for name, (buffer, _) in group.vertices.buffers.items():
-            buffer.bind_to_storage_buffer(STREAMS[name])
-        compute.run(gl, outputs, (0, 0, *ids.size), adds=False, pixels=PIXELS)

@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.settings.settings import MAX_SIZE_PX
-from ssdo_gl.window.picture_job import PictureRequest
+from ssdo_gl.window.saving import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS
 
 # Of the window's width and height, what a prompt takes at most.

@@ -16,8 +16,8 @@ from rich.console import Console
 from ssdo_gl.bench.analysis import front_of
 from ssdo_gl.bench.measure.errors import Scalars
 from ssdo_gl.bench.measure.machine import CLOCK_NAMES
-from ssdo_gl.bench.report import plots, terminal
-from ssdo_gl.bench.report.page import check_libraries, report_html, write_report
+from ssdo_gl.bench.report import outputs, plots, terminal
+from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.tables import part_text
 from ssdo_gl.bench.statistics.bootstrap import Interval
 
@@ -222,7 +222,7 @@ def test_rows_of_the_terminal_keep_both_ends_and_the_recommended_one():
 
 
 def test_files_are_written(tmp_path):
-    write_report(bench(), tmp_path)
+    outputs.write_report(bench(), tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html"}
     lines = (tmp_path / "points.csv").read_text().splitlines()
@@ -251,4 +251,4 @@ def test_the_line_of_the_converged_march_is_named_where_no_point_can_lie():
 def test_a_missing_library_is_noticed_before_any_work(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(Exception, match=r"ssdo_gl\[bench\]"):
-        check_libraries()
+        outputs.check_libraries()

@@ -1,4 +1,4 @@
-"""Vertex buffers, shared vertices, culling and clip distances, textures of materials."""
+"""Vertex buffers, culling and clip distances."""
 
 from __future__ import annotations
 
@@ -6,21 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from numpy.typing import NDArray
-from passes.pass_harness import box, make_frame, make_scene, quad, run_pass, sphere
+from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
-import ssdo_gl
 from ssdo_gl import math3d
 from ssdo_gl.gpu.geometry import NEAREST_CLIP_RATIO, CameraPose, Geometry, grouped
-from ssdo_gl.gpu.geometry.vertices import with_own_last_vertices
 from ssdo_gl.passes.gbuffer import GBufferPass
-from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.scene import Scene
 
 TAN = (0.8, 0.6)
 FORWARD = CameraPose(np.zeros(3), np.eye(3))
@@ -174,61 +166,3 @@ def test_far_from_the_origin_vertices_keep_their_precision(gl, shaders):
     # float64 holds 1e5 to 1.5e-11; float32 would hold it to 8e-3.
     np.testing.assert_allclose(depth(gl, shaders, geometry, scene), 3.0, rtol=3e-7)
     geometry.release()
-
-
-def check(triangles, vertex_count):
-    source, turned = with_own_last_vertices(triangles, vertex_count)
-    assert len(np.unique(turned[:, 2])) == len(triangles), "a last vertex is shared"
-    np.testing.assert_array_equal(source[:vertex_count], np.arange(vertex_count))
-    for old, new in zip(triangles.tolist(), source[turned].tolist(), strict=True):
-        assert new in (old, old[1:] + old[:1], old[2:] + old[:2]), "the winding changed"
-    return source
-
-
-@settings(max_examples=100, deadline=None)
-@given(st.lists(st.permutations(range(7)).map(lambda p: p[:3]), min_size=1, max_size=40))
-def test_any_mesh(triples):
-    check(np.array(triples), 7)
-
-
-@pytest.mark.parametrize("mesh", [box((0, 0, 0), (1, 1, 1)), sphere(rows=20)])
-def test_closed_meshes_need_about_a_vertex_for_each_triangle(mesh):
-    source = check(mesh.triangles, len(mesh.positions))
-    assert len(source) < 1.05 * len(mesh.triangles) + 2
-
-
-def test_vertices_that_no_triangle_uses_do_no_harm():
-    source = check(np.array([[5, 6, 7]]), 10)
-    assert len(source) == 10
-
-
-# Between two mip levels whose opaque texels differ, interpolation loses up to 0.09;
-# averaged alpha loses all of it.
-TOLERANCE = 0.1
-
-
-def fence(dtype: type) -> NDArray[np.uint8] | NDArray[np.float32]:
-    """Return bars of four texels in every sixteen: a quarter of the surface."""
-    pixels = np.ones((256, 256, 4), dtype)
-    pixels *= 255 if dtype is np.uint8 else 1
-    pixels[:, np.arange(256) % 16 >= 4, 3] = 0
-    return pixels
-
-
-@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
-@pytest.mark.parametrize("distance", [2.0, 8.0, 20.0, 50.0])
-def test_a_fence_stays_a_quarter(distance: float, dtype: type) -> None:
-    mesh = shapes.quad()
-    assert mesh.uvs is not None
-    scene = Scene(
-        (mesh,),
-        (Material(albedo_texture=Texture(fence(dtype)), alpha_cutoff=0.5),),
-        (SceneObject(0, 0, (math3d.scaling(4.0) @ math3d.translation((-0.5, -0.5, 0)))[None]),),
-        Camera((0.0, 0.0, distance), (0.0, 0.0, 0.0)),
-    )
-    fov = 2.0 * np.degrees(np.arctan(2.0 / distance))
-    size = max(int(512 / distance), 16)
-    camera = Camera((0.0, 0.0, distance), (0.0, 0.0, 0.0), fov_y=float(fov))
-    with ssdo_gl.Renderer(scene, ssdo_gl.Settings(size=(size, size))) as renderer:
-        depth = renderer.render(["depth"], camera=camera).images["depth"]
-    assert (depth > 0.0).mean() == pytest.approx(0.25, abs=TOLERANCE)

@@ -144,7 +144,7 @@ def test_the_light_of_an_hour_is_a_flag(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_a_day_that_was_edited_is_saved() -> None:
     from ssdo_gl.settings import Settings
-    from ssdo_gl.window.saved_view import scene_text
+    from ssdo_gl.window.saving.scene_files import scene_text
 
     scene = load_scene("corner", light="sky")
     day = dataclasses.replace(Daylight(), hour=17.25, north=30.0)

@@ -22,7 +22,7 @@ from ssdo_gl.window.viewer import Viewer
 
 pytest.importorskip("imgui_bundle")
 from ssdo_gl.window.overlay.overlay import Overlay
-from ssdo_gl.window.picture_job import PictureRequest
+from ssdo_gl.window.saving.picture_job import PictureRequest
 
 SIZE = (900, 700)
 PICTURE = (36, 28)

@@ -9,7 +9,7 @@ import pytest
 from window.overlay.drawn_overlay import SIZE, DrawnOverlay, OverlayHost
 
 from ssdo_gl.window.overlay.overlay import Overlay
-from ssdo_gl.window.picture_job import PictureRequest
+from ssdo_gl.window.saving.picture_job import PictureRequest
 
 imgui_bundle = pytest.importorskip("imgui_bundle")
 

@@ -1,4 +1,4 @@
-"""The panel's controls come from the settings, the menu from the scenes: all is said of each."""
+"""The panel's controls come from the settings: same fields, same ranges, same checks."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import dataclasses
 import math
 
 import pytest
-from window.overlay.drawn_overlay import DrawnOverlay
 
 from ssdo_gl.effects.registry import pass_settings
 from ssdo_gl.options.flags import build_parser
 from ssdo_gl.options.resolve import resolved
-from ssdo_gl.scene.load import builtin_names, builtin_scenes, load_scene
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import Kind, SettingError, describe
+from ssdo_gl.settings.fields import SettingError, describe
 from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.panel.control_rows import (
     ControlRow,
+    Widget,
     default_of,
     first_value,
     ignored_because,
@@ -44,11 +44,11 @@ def test_every_setting_has_a_control_or_a_reason_to_have_none() -> None:
 @pytest.mark.parametrize("row", ALL_ROWS, ids=ids)
 def test_both_ends_of_a_control_are_allowed(row: ControlRow) -> None:
     values = {
-        Kind.TEXT: row.choices,
-        Kind.BOOLEAN: (True, False),
-        Kind.INTEGER: (int(row.low), int(row.high)),
-        Kind.NUMBER: (row.low, row.high),
-    }[row.kind]
+        Widget.CHOICE: row.choices,
+        Widget.CHECK: (True, False),
+        Widget.INTEGER: (int(row.low), int(row.high)),
+        Widget.NUMBER: (row.low, row.high),
+    }[row.widget]
     assert values
     for value in values:
         changed = with_value(Settings(), row, value)
@@ -56,7 +56,7 @@ def test_both_ends_of_a_control_are_allowed(row: ControlRow) -> None:
 
 
 @pytest.mark.parametrize(
-    "row", [row for row in ALL_ROWS if row.kind in (Kind.INTEGER, Kind.NUMBER)], ids=ids
+    "row", [row for row in ALL_ROWS if row.widget in (Widget.INTEGER, Widget.NUMBER)], ids=ids
 )
 def test_what_the_command_line_refuses_the_panel_refuses(row: ControlRow) -> None:
     settings_class = pass_settings()[row.pass_name] if row.pass_name else Settings
@@ -76,7 +76,7 @@ def test_default_is_a_value_of_the_control(row: ControlRow) -> None:
     if default is None:
         assert row.is_optional
         assert with_value(Settings(), row, first_value(row)) != Settings()
-    elif row.kind in (Kind.INTEGER, Kind.NUMBER) and math.isfinite(default):
+    elif row.widget in (Widget.INTEGER, Widget.NUMBER) and math.isfinite(default):
         assert row.low <= default <= row.high
 
 
@@ -143,20 +143,3 @@ def test_settings_without_effect_say_why(
     by_ssao = ignored_because(settings, "ssao.x", image="visibility")
     assert bool(by_ssao) == settings.is_reference
     assert not any(ignored_because(settings, name) for name in used)
-
-
-def test_the_menu_opens_a_built_in_scene(gl, drawn: DrawnOverlay) -> None:
-    drawn.settled()
-    drawn.click(22.0, 10.0)
-    # Over the entry, into its menu, to the first scene.
-    for x in (60.0, 340.0, 420.0):
-        drawn.overlay.cursor(x, 78.0)
-        drawn.frames(12)
-    drawn.click(420.0, 78.0)
-    assert drawn.overlay._host.opened == ["carousel"]
-
-
-def test_every_built_in_scene_says_what_it_is_for() -> None:
-    scenes = builtin_scenes()
-    assert list(scenes) == builtin_names()
-    assert all(title and len(purpose) > 20 for title, purpose in scenes.values())

@@ -21,7 +21,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material_edits import edited_material
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.input.bindings import Command
-from ssdo_gl.window.opening import open_file
+from ssdo_gl.window.opening.opened import open_file
 from ssdo_gl.window.viewer import Viewer
 
 TRIANGLES = "v -1 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.settings.backgrounds import TRANSPARENT
-from ssdo_gl.window.saved_view import free_stem, save_scene, settings_shown, view_command
+from ssdo_gl.window.saving.saved_view import save_scene, settings_shown, view_command
+from ssdo_gl.window.saving.screenshot import free_stem
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import settings_of
 

@@ -11,8 +11,8 @@ import pytest
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
-from ssdo_gl.window import opening
-from ssdo_gl.window.opening import ShaderWatch
+from ssdo_gl.window.opening import hot_reload
+from ssdo_gl.window.opening.hot_reload import ShaderWatch
 
 VERTEX = """#version 330 core
 void main()
@@ -57,7 +57,7 @@ class Folder:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Folder:
-    monkeypatch.setattr(opening, "LOOK_EVERY_S", 0.0)
+    monkeypatch.setattr(hot_reload, "LOOK_EVERY_S", 0.0)
     return Folder(tmp_path)
 
 
@@ -122,7 +122,7 @@ def test_file_that_vanishes_is_a_fault_until_it_is_back(gl, folder, library) -> 
 
 
 def test_looks_only_now_and_then(gl, folder, library, monkeypatch) -> None:
-    monkeypatch.setattr(opening, "LOOK_EVERY_S", 3600.0)
+    monkeypatch.setattr(hot_reload, "LOOK_EVERY_S", 3600.0)
     watch = ShaderWatch(library, folder.root)
     drawn(gl, library)
     folder.answer("2.0")

@@ -1,21 +1,19 @@
-"""Files that are opened in a viewer: scenes, models, presets, good and bad; their cameras."""
+"""Files that are opened in a viewer: scenes, models and presets, good and bad."""
 
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
-from glb_writer import GlbWriter, save_with_cameras
 from window.driven_viewer import SETTINGS, FakeHost, ask, said, settle
 
 from ssdo_gl.bench.presets import load_preset
-from ssdo_gl.window import opening, scene_flight
+from ssdo_gl.window import scene_flight
 from ssdo_gl.window.actions import perform
-from ssdo_gl.window.input import Command
-from ssdo_gl.window.input.bindings import Action
-from ssdo_gl.window.opening import open_file
+from ssdo_gl.window.input.bindings import Action, Command
+from ssdo_gl.window.opening import opened
+from ssdo_gl.window.opening.opened import open_file
 
 
 def test_bad_file_keeps_the_scene_and_says_why(gl, viewer, tmp_path) -> None:
@@ -106,7 +104,7 @@ def test_file_that_makes_a_reader_fail_is_a_message(gl, viewer, monkeypatch, err
     def load(path: str) -> None:
         raise error
 
-    monkeypatch.setattr(opening, "load_scene", load)
+    monkeypatch.setattr(opened, "load_scene", load)
     before = viewer.scene
     assert not open_file("some.glb", viewer)
     assert viewer.scene is before
@@ -166,55 +164,3 @@ def test_what_is_asked_of_one_model_does_not_keep_scenes_out(gl, make_viewer, tm
     assert (loading.up, loading.normals, loading.ground) == (None, "flat", "off")
     assert open_file("corner", viewer), said(viewer)
     assert viewer.original.loading.light == "studio"
-
-
-NAMES = ("Front", "Side", "")
-
-
-@pytest.fixture
-def path(tmp_path: Path) -> str:
-    return str(save_with_cameras(tmp_path / "a.glb", NAMES))
-
-
-def test_they_follow_each_other(gl, make_viewer, path: str) -> None:
-    viewer = make_viewer(path)
-    places = []
-    for _ in range(4):
-        ask(viewer, Command.NEXT_CAMERA)
-        places.append(viewer.camera.position[2])
-    assert places == [5, 6, 4, 5]
-    assert "camera 1: Side" in said(viewer)
-
-
-def test_one_that_moves_stands_as_at_that_time(gl, make_viewer, path: str) -> None:
-    viewer = make_viewer(path)
-    viewer.clock.seconds = 0.25
-    ask(viewer, Command.NEXT_CAMERA)
-    assert viewer.camera.position == pytest.approx((2, 0, 5))
-
-
-def test_the_first_press_goes_on_from_the_camera_that_was_asked_for(
-    gl, make_viewer, path: str
-) -> None:
-    viewer = make_viewer(path, camera="Side")
-    ask(viewer, Command.NEXT_CAMERA)
-    assert viewer.camera.position == (0, 0, 6)
-    assert "camera 2: without a name" in said(viewer)
-
-
-def test_without_any_it_says_so(gl, viewer) -> None:
-    before = viewer.camera
-    ask(viewer, Command.NEXT_CAMERA)
-    assert viewer.camera == before
-    assert "the file has no camera of its own" in said(viewer)
-
-
-def test_another_file_is_not_asked_for_the_camera_of_this_one(
-    gl, make_viewer, path: str, tmp_path: Path
-) -> None:
-    viewer = make_viewer(path, camera="Side")
-    glb = GlbWriter()
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    assert open_file(str(glb.save(tmp_path / "b.glb")), viewer)
-    assert open_file(path, viewer)
-    assert viewer.camera.position == (0, 0, 4)

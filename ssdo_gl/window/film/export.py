@@ -14,7 +14,7 @@ from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.display import picture_of
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.window.saved_view import free_stem
+from ssdo_gl.window.saving import free_stem
 from ssdo_gl.window.viewer import Viewer
 
 # As many sub-pixel offsets as a snapshot has by default.

@@ -11,7 +11,7 @@ from PIL import Image
 from window.driven_viewer import settle
 from window.x_server import wait_for
 
-from ssdo_gl.window.picture_job import PictureJob
+from ssdo_gl.window.saving.picture_job import PictureJob
 from ssdo_gl.window.viewer import Viewer
 
 SIZE = (40, 24)

@@ -14,7 +14,7 @@ from ssdo_gl.images.display import picture_of
 from ssdo_gl.options.run_options import FRAMES_PER_SECOND
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.window.camera import Controls
-from ssdo_gl.window.film_export import ANTIALIAS, FilmExport, Interrupted
+from ssdo_gl.window.film.export import ANTIALIAS, FilmExport, Interrupted
 from ssdo_gl.window.input.bindings import Command
 
 
