@@ -145,8 +145,9 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, float 
     bool goes_on;
     do {
         bool is_blocked;
-        BvhHit hit = bvh_blocked_and_nearest(light.ray.start, light.ray.w, light.ray.t_max,
-                                             path.start, path.w, RAY_FAR, is_blocked);
+        BvhHit hit = bvh_blocked_and_nearest(
+            bvh_ray_to_light(light.ray.start, light.ray.w, false), light.ray.t_max,
+            path.start, path.w, RAY_FAR, is_blocked);
         radiance += is_blocked ? vec3(0.0) : light.reflected;
         light = NO_MIRRORED;
         if (hit.record < 0) {

@@ -42,6 +42,7 @@ float sky_density(vec3 w)
 // One sample of the light that reaches a vertex straight from an emitter.
 struct DirectSample {
     LightRay ray;    // a negative length: none is needed
+    bool is_sky;
     vec3 reflected;  // unless something blocks the ray
 };
 
@@ -62,7 +63,8 @@ DirectSample sampled_light(RaySurface at, Brdf brdf, uint index, uint seed, uint
     vec3 reflected = unblocked_light(at, light, response) * (weight / max(group.probability, 1e-30));
     reflected = is_dark(reflected) ? vec3(0.0) : reflected;
     float reach = needed_reach(group, light, reflected, RAY_FAR);
-    return DirectSample(light_ray(at, light.w, reach), reflected);
+    bool is_sky = emitter_at(group.first).kind == EMITTER_MAP;
+    return DirectSample(light_ray(at, light.w, reach), is_sky, reflected);
 }
 
 vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
@@ -78,7 +80,8 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
     if (goes_on) do {
         uint index = u_first_sample + uint(path);
         uint dimension = DIMENSIONS_PER_VERTEX * uint(bounce);
-        DirectSample direct = DirectSample(LightRay(at.start, vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
+        LightRay none = LightRay(at.start, vec3(0.0, 0.0, 1.0), -1.0);
+        DirectSample direct = DirectSample(none, false, vec3(0.0));
 #if HAS_EMITTERS
         direct = sampled_light(at, brdf, index, seed, dimension, bounce == 0);
 #endif
@@ -93,7 +96,7 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
         bool is_above = dot(w, at.geometric) > 0.0;
         bool is_blocked;
         BvhHit hit = bvh_blocked_and_nearest(
-            direct.ray.start, direct.ray.w, direct.ray.t_max,
+            bvh_ray_to_light(direct.ray.start, direct.ray.w, direct.is_sky), direct.ray.t_max,
             at.start, w, is_above ? RAY_FAR : -1.0, is_blocked);
         bool is_hit = hit.record >= 0;
         sum += is_blocked ? vec3(0.0) : weight * direct.reflected / survival;

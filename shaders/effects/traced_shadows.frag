@@ -55,8 +55,9 @@ void main()
                 bool goes = g == 0 && dot(facet.w_in, surface.geometric) > 0.0 && !is_dark(facet.weight);
                 LightRay ray = light_ray(surface, light.w, reach);
                 bool is_blocked;
-                BvhHit hit = bvh_blocked_and_nearest(ray.start, ray.w, ray.t_max, surface.start,
-                                                     facet.w_in, goes ? RAY_FAR : -1.0, is_blocked);
+                BvhHit hit = bvh_blocked_and_nearest(
+                    bvh_ray_to_light(ray.start, ray.w, false), ray.t_max,
+                    surface.start, facet.w_in, goes ? RAY_FAR : -1.0, is_blocked);
                 if (hit.record >= 0) {
                     Surface met = surface_at_hit(hit, surface.start, facet.w_in);
                     float found = power(facet.density, groups * drawn_density(met, hit.t));

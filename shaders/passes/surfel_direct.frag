@@ -127,11 +127,12 @@ void main()
             arriving = is_in_tree(group) ? vec3(0.0) : arriving;
 #endif
             float reach = needed_reach(group, light, arriving, RAY_FAR);
+            bool is_sky = false;
 #if ENVIRONMENT_KIND == 3
-            bool is_map = emitter_at(group.first).kind == EMITTER_MAP;
-            arriving *= is_map ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
+            is_sky = emitter_at(group.first).kind == EMITTER_MAP;
+            arriving *= is_sky ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
 #endif
-            bool is_blocked = light_is_blocked(at, light.w, reach);
+            bool is_blocked = bvh_meets_any(bvh_ray_to_light(at.start, light.w, is_sky), reach);
             arriving = is_blocked ? vec3(0.0) : arriving;
             of_group += light_of_surfel(at, light.w, arriving);
 #if LOBES

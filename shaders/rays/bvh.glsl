@@ -101,11 +101,12 @@ BvhRay bvh_ray(vec3 origin, vec3 w)
     return BvhRay(origin, frame_from_z(w), inverse, lessThan(inverse, vec3(0.0)), 1.0);
 }
 
-// A ray to a light stands for one that comes from it, which meets the other sides.
-BvhRay bvh_ray_to_light(vec3 origin, vec3 w)
+// A ray to a light stands for one that comes from it, which meets the other sides. One that is drawn
+// to the sky meets the sides that one by chance does: together they find it.
+BvhRay bvh_ray_to_light(vec3 origin, vec3 w, bool is_sky)
 {
     BvhRay ray = bvh_ray(origin, w);
-    ray.facing = -1.0;
+    ray.facing = is_sky ? 1.0 : -1.0;
     return ray;
 }
 
@@ -331,17 +332,15 @@ bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
 
 bool bvh_light_is_blocked(vec3 origin, vec3 w, float t_max)
 {
-    return bvh_meets_any(bvh_ray_to_light(origin, w), t_max);
+    return bvh_meets_any(bvh_ray_to_light(origin, w, false), t_max);
 }
 
-// Both for two rays: whether anything blocks the first, and what the second
+// Both for two rays: whether anything blocks the first, to a light, and what the second
 // meets. One loop for both, because pixels that run in lockstep then wait once for the
 // longest sum of two rays instead of twice for the longest ray.
 BvhHit bvh_blocked_and_nearest(
-    vec3 origin_1, vec3 w_1, float t_max_1, vec3 origin_2, vec3 w_2, float t_max_2,
-    out bool is_blocked)
+    BvhRay ray, float t_max_1, vec3 origin_2, vec3 w_2, float t_max_2, out bool is_blocked)
 {
-    BvhRay ray = bvh_ray_to_light(origin_1, w_1);
     BvhRay ray_2 = bvh_ray(origin_2, w_2);
     BvhWalk walk = bvh_begin(ray, t_max_1);
     BvhWalk walk_2 = bvh_begin(ray_2, t_max_2);
