@@ -15,7 +15,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, describe, shown
+from ssdo_gl.settings.fields import SettingError, describe, plain, shown
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.wording import suggestion
 
@@ -76,6 +76,7 @@ def asked_scene(
     ------
     SceneError, SettingError
     """
+    camera = plain(camera)
     if isinstance(source, Scene):
         return source, checked_camera(camera), settings_for(source.render, given)
     check_type("scene", source, (str, os.PathLike), "Scene, or its name or path")

@@ -171,6 +171,11 @@ def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
         if base in followers:
             top.fail("base", f"expected a scene that does not follow from {file.name} in turn")
         return load_scene(base, options)
+    except SettingError as error:
+        table = top.table("load")
+        if table is None:
+            raise
+        raise SceneError(f"{table.where()} {error}") from None
     finally:
         _followers.reset(token)
 

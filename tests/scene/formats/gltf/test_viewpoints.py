@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from glb_writer import load
 
+from ssdo_gl.image_requests import asked_scene
 from ssdo_gl.scene.scene_error import SceneError
 
 
@@ -74,3 +75,14 @@ def test_a_camera_without_a_number_is_refused(glb, tmp_path: Path) -> None:
     glb.json["scenes"] = [{"nodes": [0, 1]}]
     with pytest.raises(SceneError, match="ymag"):
         load(glb, tmp_path)
+
+
+def test_a_camera_may_be_numbered_by_any_kind_of_whole_number(glb, tmp_path: Path) -> None:
+    lens = {"type": "perspective", "perspective": {"yfov": 0.5}}
+    glb.json["cameras"] = [lens, {**lens, "perspective": {"yfov": 1.0}}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, *({"camera": n, "translation": [0, 0, 8]} for n in (0, 1))]
+    glb.json["scenes"] = [{"nodes": [0, 1, 2]}]
+    path = glb.save(tmp_path / "a.glb")
+    scene, place, _ = asked_scene(path, np.int64(1), {})
+    assert np.radians(scene.camera.fov_y) == pytest.approx(1.0) and place is None

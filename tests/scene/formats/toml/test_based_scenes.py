@@ -10,7 +10,6 @@ from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import SceneError
-from ssdo_gl.settings.fields import SettingError
 
 
 def loaded(folder: Path, text: str) -> Scene:
@@ -139,9 +138,10 @@ def test_the_way_of_reading_a_base_is_checked(tmp_path: Path) -> None:
         "upp = 1": r"\[load\]: unknown key 'upp'; did you mean 'up'\?",
         'light = "../a.hdr"': r"\[load\] light = '../a.hdr': must not leave the folder",
         'light = "a.hdr"': r"\[load\] light = 'a.hdr': no such file",
-        'camera = "Top"': "camera 'Top'",
+        'camera = "Top"': r"mine.toml: \[load\] camera 'Top'",
+        'light = "sky:3"': r"mine.toml: \[load\] light = 'sky:3': the sun is below",
     }.items():
-        with pytest.raises((SceneError, SettingError), match=fault):
+        with pytest.raises(SceneError, match=fault):
             loaded(tmp_path, f'base = "model.obj"\n[load]\n{line}\n')
 
 
