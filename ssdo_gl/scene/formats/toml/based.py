@@ -107,8 +107,8 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
     table = top.table("camera")
     if table is not None:
         changes["camera"] = _camera(table, base, frames_all=options.frames_all)
-        is_placed = "position" in table and not options.frames_all
-        changes["is_framed"] = base.is_framed and not is_placed
+        if "position" in table and not options.frames_all:
+            changes |= {"is_framed": False, "camera_motion": None}
         if "exposure" in table:
             changes["metering_slack"] = None
     changes["notes"] = (*base.notes, *builder.notes)

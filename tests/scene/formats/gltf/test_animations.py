@@ -246,6 +246,20 @@ def test_lights_and_the_camera_move_with_their_nodes(glb: GlbWriter, tmp_path: P
     assert later.camera.up == pytest.approx((0, 1, 0))
 
 
+def test_a_camera_that_a_scene_file_places_stands_still(glb: GlbWriter, tmp_path: Path) -> None:
+    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 1}}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 4]}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    animate(glb, "translation", [[0, 0, 4], [0, 0, 8]], node=1)
+    glb.save(tmp_path / "a.glb")
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "a.glb"\n[camera]\nexposure = 1.0\n')
+    assert scene_at(load_scene(file), 0.5).camera.position == pytest.approx((0, 0, 6))
+    file.write_text('base = "a.glb"\n[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n')
+    assert scene_at(load_scene(file), 0.5).camera.position == (0, 0, 5)
+
+
 def test_the_first_animation_is_played_and_what_goes_with_it(
     glb: GlbWriter, tmp_path: Path
 ) -> None:
