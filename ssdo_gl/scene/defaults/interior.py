@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,28 +82,14 @@ class Interior:
     def camera(self, fov_y: float, exposure: float) -> Camera:
         """Return the camera near the walls, level, that sees far and most of what is there."""
         extent, middle = self.high - self.low, 0.5 * (self.low + self.high)
-        best, chosen = -np.inf, None
-        for x in (-1.0, 0.0, 1.0):
-            for z in (1.0, 0.0, -1.0):
-                if x == z == 0.0:
-                    continue
-                position = middle + (0.5 - _INSET) * extent * [x, 0.0, z]
-                position[1] = self.low[1] + _EYE_HEIGHT * extent[1]
-                target = middle * [1.0, 0.0, 1.0] + position * [0.0, 1.0, 0.0]
-                camera = Camera(
-                    math3d.vector(position),
-                    math3d.vector(target),
-                    fov_y=max(fov_y, ROOM_FOV_DEGREES),
-                    exposure=exposure,
-                )
-                distance, shows = self._seen(position, _rays(camera))
-                far = np.clip(distance / self._diagonal, 1e-3, 1.0)
-                # Of distances the logarithm: what is close hides much.
-                seen = np.log(far) + _CONTENT_WEIGHT * (shows & (far > _TOO_NEAR))
-                if seen.mean() > best:
-                    best, chosen = float(seen.mean()), camera
-        assert chosen is not None
-        return chosen
+        cameras = []
+        for x, z in itertools.product((-1.0, 0.0, 1.0), (1.0, 0.0, -1.0)):
+            position = middle + (0.5 - _INSET) * extent * [x, 0.0, z]
+            position[1] = self.low[1] + _EYE_HEIGHT * extent[1]
+            target = middle * [1.0, 0.0, 1.0] + position * [0.0, 1.0, 0.0]
+            if x or z:
+                cameras.append(_level_camera(position, target, fov_y, exposure))
+        return max(cameras, key=lambda c: self._worth(np.array(c.position), _rays(c))[0].mean())
 
     def is_inside_out(self) -> bool:
         """Return whether it has floor and space and shows most places outside its walls' backs."""
@@ -144,10 +131,8 @@ class Interior:
             place = self.low + (self.high - self.low) * [x, _EYE_HEIGHT, z]
             if not self.surrounds(place, fronts=True):
                 continue
-            distance, shows = self._seen(place, rays)
-            far = np.clip(distance / self._diagonal, 1e-3, 1.0)
-            seen = np.log(far) + _CONTENT_WEIGHT * (shows & (far > _TOO_NEAR))
-            each = seen.reshape(_HEADINGS, -1).mean(axis=1)
+            worth, far = self._worth(place, rays)
+            each = worth.reshape(_HEADINGS, -1).mean(axis=1)
             score = each[(np.arange(_HEADINGS)[:, None] + window) % _HEADINGS].mean(axis=1)
             heading = int(score.argmax())
             if score[heading] > best:
@@ -156,12 +141,7 @@ class Interior:
         if chosen is None:
             return None
         position, arm = chosen
-        return Camera(
-            math3d.vector(position),
-            math3d.vector(position + arm),
-            fov_y=max(fov_y, ROOM_FOV_DEGREES),
-            exposure=exposure,
-        )
+        return _level_camera(position, position + arm, fov_y, exposure)
 
     def surrounds(self, place: FloatArray, *, fronts: bool = False) -> bool:
         """Return whether one sees walls, or only their `fronts`, nearly all around a place (3,)."""
@@ -243,6 +223,15 @@ class Interior:
             visible=False,
             name="ceiling light",
         )
+
+    def _worth(self, origin: FloatArray, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what rays as of `_seen` add to a picture's worth (N,), and how far they go (N,).
+
+        As a share of the diagonal. Of distances the logarithm counts: what is close hides much.
+        """
+        distance, shows = self._seen(origin, directions)
+        far = np.clip(distance / self._diagonal, 1e-3, 1.0)
+        return np.log(far) + _CONTENT_WEIGHT * (shows & (far > _TOO_NEAR)), far
 
     def _seen(
         self, origin: FloatArray, directions: FloatArray
@@ -330,6 +319,13 @@ def room_around(surfaces: Surfaces, camera: Camera) -> Interior | None:
         return None
     room = interior_of(surfaces._replace(materials=()), part, fewest=0)
     return room if room is not None and room.surrounds(place) else None
+
+
+def _level_camera(
+    position: FloatArray, target: FloatArray, fov_y: float, exposure: float
+) -> Camera:
+    place, aim = math3d.vector(position), math3d.vector(target)
+    return Camera(place, aim, fov_y=max(fov_y, ROOM_FOV_DEGREES), exposure=exposure)
 
 
 def _rays(camera: Camera) -> FloatArray:
