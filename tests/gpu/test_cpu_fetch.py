@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, read_texture
@@ -28,7 +29,7 @@ def test_every_fetch_finds_its_texel(gl, shaders, size, components, dtype):
     values = number.reshape(height, width, components) / 255.0
     image = make_texture(gl, size, components, dtype, values)
     target = make_texture(gl, size, 4, "f4")
-    program = shaders.fullscreen_source(SOURCE)
+    program = fullscreen_source(shaders, SOURCE)
     draw_fullscreen(gl, program, make_framebuffer(gl, [target]), {}, {"t_image": image})
     found = read_texture(target)[:, :, :components]
     # Integers become floats within a rounding of how the host does it; neighbours differ by 4e-3.

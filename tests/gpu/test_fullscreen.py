@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderError
@@ -16,9 +17,10 @@ UV_TOLERANCE = 1e-6
 
 
 def test_v_uv_is_the_pixel_centre_of_every_pixel(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\nin vec2 v_uv;\nlayout(location = 0) out vec2 o_uv;\n"
-        "void main() { o_uv = v_uv; }\n"
+        "void main() { o_uv = v_uv; }\n",
     )
     texture = make_texture(gl, (7, 5), 2, "f4")
     target = make_framebuffer(gl, [texture])
@@ -32,9 +34,10 @@ def test_v_uv_is_the_pixel_centre_of_every_pixel(gl, shaders):
 def test_state_of_an_earlier_draw_does_not_leak(gl, shaders):
     import moderngl
 
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = vec4(0.5); }\n"
+        "void main() { o_color = vec4(0.5); }\n",
     )
     texture = make_texture(gl, (4, 4), 4, "f4")
     target = make_framebuffer(gl, [texture], depth=True)
@@ -46,9 +49,10 @@ def test_state_of_an_earlier_draw_does_not_leak(gl, shaders):
 
 
 def test_the_last_attachment_can_be_left_as_it_is(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = vec4(0.5); }\n"
+        "void main() { o_color = vec4(0.5); }\n",
     )
     textures = [make_texture(gl, (4, 4), 4, "f4") for _ in range(2)]
     target = make_framebuffer(gl, textures)
@@ -62,10 +66,11 @@ def test_the_last_attachment_can_be_left_as_it_is(gl, shaders):
 
 
 def test_a_uniform_that_was_never_set_is_refused(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\nuniform float u_gain;\nuniform sampler2D t_image;\n"
         "layout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = u_gain * texelFetch(t_image, ivec2(0), 0); }\n"
+        "void main() { o_color = u_gain * texelFetch(t_image, ivec2(0), 0); }\n",
     )
     target = make_framebuffer(gl, [make_texture(gl, (1, 1), 4, "f4")])
     image = texture_from_image(gl, np.ones((1, 1, 4)))

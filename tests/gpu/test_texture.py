@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import FrameSizeError, make_framebuffer, make_texture, read_texture
@@ -37,7 +38,7 @@ def test_image_survives_upload_and_read_back(gl, components, dtype):
 
 
 def test_row_0_of_an_image_is_the_top_and_of_texture_data_the_bottom(gl, shaders):
-    program = shaders.fullscreen_source(FETCH)
+    program = fullscreen_source(shaders, FETCH)
     image = gradient(4)
     output = make_texture(gl, (1, 1), 4, "f4")
     target = make_framebuffer(gl, [output])
@@ -50,7 +51,7 @@ def test_row_0_of_an_image_is_the_top_and_of_texture_data_the_bottom(gl, shaders
 
 
 def test_shader_sees_normalised_integers_as_written(gl, shaders):
-    program = shaders.fullscreen_source(FETCH)
+    program = fullscreen_source(shaders, FETCH)
     output = make_texture(gl, (1, 1), 4, "f4")
     texture = make_texture(gl, (1, 1), 4, "nu2", [0.0, 0.25, 1.0, 2.0])
     draw_fullscreen(
@@ -67,10 +68,11 @@ def test_special_floats_survive(gl):
 
 
 def test_texture_is_read_texel_by_texel_and_clamped(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\nuniform sampler2D t_image;\nuniform vec2 u_uv;\n"
         "layout(location = 0) out vec4 o_color;\n"
-        "void main() { o_color = texture(t_image, u_uv); }\n"
+        "void main() { o_color = texture(t_image, u_uv); }\n",
     )
     image = np.array([[1.0, 2.0, 3.0]])
     texture = texture_from_image(gl, image)
@@ -82,10 +84,11 @@ def test_texture_is_read_texel_by_texel_and_clamped(gl, shaders):
 
 
 def test_framebuffer_draws_into_its_textures_in_order(gl, shaders):
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         "#version 330 core\n"
         "layout(location = 0) out vec4 o_a;\nlayout(location = 1) out float o_b;\n"
-        "void main() { o_a = vec4(1.0, 2.0, 3.0, 4.0); o_b = 5.0; }\n"
+        "void main() { o_a = vec4(1.0, 2.0, 3.0, 4.0); o_b = 5.0; }\n",
     )
     a, b = make_texture(gl, (3, 2), 4, "f4"), make_texture(gl, (3, 2), 1, "f4")
     framebuffer = make_framebuffer(gl, [a, b], depth=True)

@@ -19,7 +19,7 @@ from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.input.bindings import Command
 from ssdo_gl.window.live import REFINE_FRAMES, inspect
-from ssdo_gl.window.saved_view import view_command
+from ssdo_gl.window.saving.saved_view import view_command
 from ssdo_gl.window.views import View, divider_hit
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from program_of_text import fullscreen_source
 
+from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.compute import compute_source, computes_faster
-from ssdo_gl.gpu.fullscreen import clear, draw_fullscreen
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry import triangle_rasterizer
 from ssdo_gl.gpu.shader import FULLSCREEN, ShaderError, ShaderLibrary
 from ssdo_gl.gpu.shader_source import flatten

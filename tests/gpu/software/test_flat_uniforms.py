@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from gpu.single_pixel import HEAD, draw
+from program_of_text import fullscreen_source
 
 from ssdo_gl.gpu import program as program_module
 from ssdo_gl.gpu.context import draws_on_cpu
@@ -78,8 +79,8 @@ def test_a_program_of_many_uniforms_sees_them_all(gl, shaders):
     count = MOST_NUMBERS // 4 + 8
     names = [f"u_{i}" for i in range(count)]
     declared = "".join(f"uniform vec4 {name};\n" for name in names)
-    program = shaders.fullscreen_source(
-        f"{HEAD}{declared}void main() {{ o_color = {' + '.join(names)}; }}\n"
+    program = fullscreen_source(
+        shaders, f"{HEAD}{declared}void main() {{ o_color = {' + '.join(names)}; }}\n"
     )
     values = {name: (1.0, 2.0, i, 0.5) for i, name in enumerate(names)}
     found = draw(gl, program, values)
@@ -88,8 +89,8 @@ def test_a_program_of_many_uniforms_sees_them_all(gl, shaders):
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, 1e-38, -0.0, 3.4e38, 16777217.0])
 def test_numbers_arrive_bit_for_bit(gl, shaders, value):
-    program = shaders.fullscreen_source(
-        f"{HEAD}uniform float u_a;\nvoid main() {{ o_color = vec4(u_a); }}\n"
+    program = fullscreen_source(
+        shaders, f"{HEAD}uniform float u_a;\nvoid main() {{ o_color = vec4(u_a); }}\n"
     )
     found = draw(gl, program, {"u_a": value})
     np.testing.assert_array_equal(
@@ -99,10 +100,11 @@ def test_numbers_arrive_bit_for_bit(gl, shaders, value):
 
 def test_rows_of_an_array_arrive(gl, shaders):
     rows = np.arange(12.0).reshape(3, 4)
-    program = shaders.fullscreen_source(
+    program = fullscreen_source(
+        shaders,
         f"{HEAD}#define ROWS 3\nuniform vec4 u_rows[ROWS];\n"
         "vec4 last(vec4 rows[ROWS]) { return rows[ROWS - 1]; }\n"
-        "void main() { o_color = last(u_rows) - u_rows[0]; }\n"
+        "void main() { o_color = last(u_rows) - u_rows[0]; }\n",
     )
     np.testing.assert_array_equal(draw(gl, program, {"u_rows": rows}), rows[2] - rows[0])
 
@@ -116,8 +118,9 @@ def test_programs_are_linked_so_where_the_processor_draws(gl, shaders, monkeypat
         return link(context, vertex, fragment)
 
     monkeypatch.setattr(program_module, "link_stages", noted)
-    shaders.fullscreen_source(
-        f"{HEAD}uniform float u_own;\nvoid main() {{ o_color = vec4(u_own, 7.0, 0.0, 0.0); }}\n"
+    fullscreen_source(
+        shaders,
+        f"{HEAD}uniform float u_own;\nvoid main() {{ o_color = vec4(u_own, 7.0, 0.0, 0.0); }}\n",
     )
     if not shaders.computes:
         assert [("flat_u_own" in code) for code in linked] == [draws_on_cpu(gl)]
@@ -125,5 +128,5 @@ def test_programs_are_linked_so_where_the_processor_draws(gl, shaders, monkeypat
 
 def test_a_fault_is_told_by_the_names_of_the_source(gl, shaders):
     with pytest.raises(ShaderError, match=r"<test>:4: .*vec2") as error:
-        shaders.fullscreen_source(f"{HEAD}uniform vec2 u_a;\nvoid main() {{ o_color = u_a; }}\n")
+        fullscreen_source(shaders, f"{HEAD}uniform vec2 u_a;\nvoid main() {{ o_color = u_a; }}\n")
     assert "flat_" not in str(error.value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from gpu.single_pixel import HEAD, draw
+from program_of_text import fullscreen_source
 
 from ssdo_gl import resources
 from ssdo_gl.gpu import program as program_module
@@ -87,7 +88,7 @@ def test_every_format_reads_as_a_texture_does(gl, shaders, components, dtype, va
     bits = {"i4": "intBitsToFloat", "u4": "uintBitsToFloat"}.get(dtype, "")
     text = f"{HEAD}uniform {sampler} t_a;\nvoid main() {{ o_color = {bits}(READ); }}\n"
     fetched, looked_up = (
-        draw(gl, shaders.fullscreen_source(text.replace("READ", call)), textures={"t_a": image})
+        draw(gl, fullscreen_source(shaders, text.replace("READ", call)), textures={"t_a": image})
         for call in ("texelFetch(t_a, ivec2(0), 0)", "textureLod(t_a, vec2(0.5), 0.0)")
     )
     np.testing.assert_array_equal(fetched.view(np.uint32), looked_up.view(np.uint32))
@@ -103,7 +104,7 @@ def test_more_textures_than_images_are_all_read(gl, shaders):
     total = " + ".join(f"texelFetch({name}, ivec2(0), 0)" for name in names)
     text = f"{HEAD}{declared}void main()\n{{\n    o_color = {total};\n}}\n"
     images = {name: make_texture(gl, (1, 1), 1, "f4", [[[2.0**i]]]) for i, name in enumerate(names)}
-    found = draw(gl, shaders.fullscreen_source(text), textures=images)
+    found = draw(gl, fullscreen_source(shaders, text), textures=images)
     # Of a float's 24 bits, the upper ones.
     np.testing.assert_allclose(found[0], 2.0**count - 1, rtol=1e-6)
 
@@ -113,7 +114,7 @@ def test_a_texture_that_is_not_given_is_named(gl, shaders):
         f"{HEAD}uniform sampler2D t_a;\nvoid main() {{ o_color = texelFetch(t_a, ivec2(0), 0); }}\n"
     )
     with pytest.raises(ShaderError, match="t_a"):
-        draw(gl, shaders.fullscreen_source(text))
+        draw(gl, fullscreen_source(shaders, text))
 
 
 def test_a_driver_without_images_is_given_textures(gl, shaders, monkeypatch):
@@ -130,5 +131,5 @@ def test_a_driver_without_images_is_given_textures(gl, shaders, monkeypatch):
         f"{HEAD}uniform sampler2D t_a;\nvoid main() {{ o_color = texelFetch(t_a, ivec2(0), 0); }}\n"
     )
     image = make_texture(gl, (1, 1), 1, "f4", [[[0.5]]])
-    program = shaders.fullscreen_source(text, name="<without images>")
+    program = fullscreen_source(shaders, text, name="<without images>")
     assert draw(gl, program, textures={"t_a": image})[0] == 0.5
