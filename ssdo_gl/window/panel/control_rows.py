@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 from ssdo_gl.effects.registry import pass_settings
@@ -28,22 +27,6 @@ OPEN_END = 10.0
 _ELSEWHERE = ("method", "size", "overrides", "antialias")
 
 
-class Widget(Enum):
-    """What a control looks like."""
-
-    CHOICE = "choice"
-    CHECK = "check"
-    INTEGER = "integer"
-    NUMBER = "number"
-
-
-_WIDGETS = {
-    Kind.BOOLEAN: Widget.CHECK,
-    Kind.INTEGER: Widget.INTEGER,
-    Kind.NUMBER: Widget.NUMBER,
-}
-
-
 @dataclass(frozen=True)
 class ControlRow:
     """One control of the panel.
@@ -52,10 +35,10 @@ class ControlRow:
     ----------
     key : str
         Field of Settings, or ``pass.field``.
+    kind : Kind
+        What values the control takes; text: one of `choices`.
     low, high : float
         Ends of the slider.
-    choices : tuple
-        Of a choice.
     is_optional : bool
         May be left to scene or method (None).
     hint : str
@@ -64,7 +47,7 @@ class ControlRow:
 
     key: str
     label: str
-    widget: Widget
+    kind: Kind
     low: float
     high: float
     is_log: bool
@@ -95,7 +78,7 @@ def main_rows(settings: Settings) -> list[ControlRow]:
         dataclasses.replace(row, choices=estimators) if row.key == "estimator" else row
         for row in rows
     ]
-    return [row for row in rows if row.widget is not Widget.CHOICE or row.choices]
+    return [row for row in rows if row.kind is not Kind.TEXT or row.choices]
 
 
 def pass_rows() -> dict[str, list[ControlRow]]:
@@ -156,15 +139,15 @@ def default_of(row: ControlRow) -> Any:
 
 def first_value(row: ControlRow) -> Any:
     """Return where an optional control begins once it is chosen."""
-    if row.widget is Widget.CHOICE:
+    if row.kind is Kind.TEXT:
         return row.choices[0]
     low = max(row.low, row.high / 100.0)
     middle = (low * row.high) ** 0.5 if row.is_log else 0.5 * (row.low + row.high)
-    return round(middle) if row.widget is Widget.INTEGER else middle
+    return round(middle) if row.kind is Kind.INTEGER else middle
 
 
 def _row(key: str, info: SettingInfo, flag: str) -> ControlRow:
-    widget = Widget.CHOICE if info.choices else _WIDGETS[info.kind]
+    kind = Kind.TEXT if info.choices else info.kind
     low, high = _ends(info)
     is_open = info.high is None or info.slider_high is not None
     is_wide = high > LOG_RATIO * low if low > 0.0 else low == 0.0 and is_open
@@ -172,10 +155,10 @@ def _row(key: str, info: SettingInfo, flag: str) -> ControlRow:
     return ControlRow(
         key,
         info.name.replace("_", " ") + unit,
-        widget,
+        kind,
         low,
         high,
-        widget in (Widget.INTEGER, Widget.NUMBER) and is_wide,
+        kind in (Kind.INTEGER, Kind.NUMBER) and is_wide,
         info.choices,
         info.is_optional,
         "\n".join(part for part in (info.doc, info.range_text, flag) if part),

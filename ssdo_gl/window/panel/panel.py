@@ -12,13 +12,12 @@ from ssdo_gl.effects.registry import image_names
 from ssdo_gl.film.writers import FILM_SUFFIXES
 from ssdo_gl.options.flags import flag_infos
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.fields import Kind, SettingError
 from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.input import Action, Command
 from ssdo_gl.window.panel.control_rows import (
     ControlRow,
-    Widget,
     default_of,
     first_value,
     ignored_because,
@@ -347,13 +346,13 @@ def _unchosen(row: ControlRow, effective: Any) -> tuple[bool, Any]:
 
 def _widget(row: ControlRow, value: Any) -> tuple[bool, Any]:
     flags = _LOG if row.is_log else 0
-    if row.widget is Widget.CHECK:
+    if row.kind is Kind.BOOLEAN:
         return imgui.checkbox(row.label, value)
-    if row.widget is Widget.INTEGER and row.high - row.low > _LONGEST_SLIDER:
+    if row.kind is Kind.INTEGER and row.high - row.low > _LONGEST_SLIDER:
         return imgui.input_int(row.label, value)
-    if row.widget is Widget.INTEGER:
+    if row.kind is Kind.INTEGER:
         return imgui.slider_int(row.label, value, int(row.low), int(row.high), "%d", flags)
-    if row.widget is Widget.NUMBER:
+    if row.kind is Kind.NUMBER:
         return imgui.slider_float(row.label, value, row.low, row.high, "%.4g", flags)
     index = row.choices.index(value) if value in row.choices else 0
     changed, index = imgui.combo(row.label, index, [str(choice) for choice in row.choices])

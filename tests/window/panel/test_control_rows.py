@@ -12,11 +12,10 @@ from ssdo_gl.options.flags import build_parser
 from ssdo_gl.options.resolve import resolved
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.settings.fields import Kind, SettingError, describe
 from ssdo_gl.settings.methods import METHODS
 from ssdo_gl.window.panel.control_rows import (
     ControlRow,
-    Widget,
     default_of,
     first_value,
     ignored_because,
@@ -44,11 +43,11 @@ def test_every_setting_has_a_control_or_a_reason_to_have_none() -> None:
 @pytest.mark.parametrize("row", ALL_ROWS, ids=ids)
 def test_both_ends_of_a_control_are_allowed(row: ControlRow) -> None:
     values = {
-        Widget.CHOICE: row.choices,
-        Widget.CHECK: (True, False),
-        Widget.INTEGER: (int(row.low), int(row.high)),
-        Widget.NUMBER: (row.low, row.high),
-    }[row.widget]
+        Kind.TEXT: row.choices,
+        Kind.BOOLEAN: (True, False),
+        Kind.INTEGER: (int(row.low), int(row.high)),
+        Kind.NUMBER: (row.low, row.high),
+    }[row.kind]
     assert values
     for value in values:
         changed = with_value(Settings(), row, value)
@@ -56,7 +55,7 @@ def test_both_ends_of_a_control_are_allowed(row: ControlRow) -> None:
 
 
 @pytest.mark.parametrize(
-    "row", [row for row in ALL_ROWS if row.widget in (Widget.INTEGER, Widget.NUMBER)], ids=ids
+    "row", [row for row in ALL_ROWS if row.kind in (Kind.INTEGER, Kind.NUMBER)], ids=ids
 )
 def test_what_the_command_line_refuses_the_panel_refuses(row: ControlRow) -> None:
     settings_class = pass_settings()[row.pass_name] if row.pass_name else Settings
@@ -76,7 +75,7 @@ def test_default_is_a_value_of_the_control(row: ControlRow) -> None:
     if default is None:
         assert row.is_optional
         assert with_value(Settings(), row, first_value(row)) != Settings()
-    elif row.widget in (Widget.INTEGER, Widget.NUMBER) and math.isfinite(default):
+    elif row.kind in (Kind.INTEGER, Kind.NUMBER) and math.isfinite(default):
         assert row.low <= default <= row.high
 
 
