@@ -62,7 +62,7 @@ ivec2 second_pixel(ivec2 tile, ivec2 first)
 
 void main()
 {
-    int rows = ((int(u_frame_size_px.y) + PROBE_TILE - 1) / PROBE_TILE + 1) / 2 * 2;
+    int rows = (int(u_frame_size_px.y) + PROBE_TILE - 1) / PROBE_TILE;
     ivec2 tile = ivec2(gl_FragCoord.xy);
     bool is_first = tile.y < rows;
     tile.y %= rows;

@@ -3,11 +3,9 @@
 // HAS_FAR_FIELD: 0 leaves it out; PROBE_TILE, PROBE_SIDE: see lib/far_probes.glsl.
 #include "lib/far_probes.glsl"
 
-// A probe that speaks for a receiver: where its radiance begins, what to multiply it with,
-// and its frame.
+// A probe that speaks for a receiver: where its radiance begins, and its frame.
 struct FarProbe {
     ivec2 texel;
-    float scale;
     mat3 frame;
 };
 
@@ -20,9 +18,7 @@ struct FarProbes {
 };
 
 #if HAS_FAR_FIELD
-// Sums over rays: rgb; a: how many of them have met a surface, not the sky.
-uniform sampler2D t_far_radiance;
-uniform vec4 u_inv_ray_counts;  // of each quarter; 0 where nothing is known yet
+uniform sampler2D t_far_radiance;  // a: 1 where a surface sends it, 0 where the sky is
 
 // Never 0: where no probe lies on the receiver's surface, the likeliest is better than none.
 const float LEAST_WEIGHT = 1e-4;
@@ -58,29 +54,20 @@ void consider(inout Drawn drawn, Receiver r, vec4 point, ivec2 probe, float shar
 FarProbe far_probe(Drawn drawn, int i)
 {
     ivec2 probe = ivec2(drawn.columns[i], drawn.rows[i]);
-    return FarProbe(probe_texel(probe), u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)],
-                    frame_from_z(oct_unproject(probe_square(drawn.codes[i]))));
+    return FarProbe(probe_texel(probe), frame_from_z(oct_unproject(probe_square(drawn.codes[i]))));
 }
 
 // Four of the probes of the four tiles around the receiver, or any where nobody reads them.
 FarProbes far_probes_at(Receiver r, ivec2 texel, bool are_read)
 {
     ivec2 frame = ivec2(u_frame_size_px);
-    ivec2 tiles = (frame + PROBE_TILE - 1) / PROBE_TILE;
-    // Where one quarter of the probes is known alone they stand twice as far apart.
-    vec4 known = u_inv_ray_counts;
-    bool are_all = min(min(known.x, known.y), min(known.z, known.w)) > 0.0;
-    int apart = are_all ? 1 : 2;
-    ivec2 start = ivec2(known.y + known.w > 0.0, known.z + known.w > 0.0);
-    start = are_all ? ivec2(0) : min(start, tiles - 1);
-    ivec2 last = (tiles - 1 - start) / apart;
+    ivec2 last = (frame + PROBE_TILE - 1) / PROBE_TILE - 1;
     // The pixels of a block look up to a tile apart: more probes, whose noise the filter
     // averages. relMSE of a cellar under a grating .0203, .0164, .0170 for 0, 1, 2 tiles, of an
     // attic with a window .0045, .0041, .0066.
     uint set = set_of_pixel(texel / u_receiver_stride);
     vec2 jitter = (vec2(set & 3u, set >> 2) - 1.5) * 0.25;
-    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 - vec2(start);
-    place = place / float(apart) + jitter;
+    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 + jitter;
     ivec2 low = ivec2(clamp(floor(place), vec2(0.0), vec2(max(last - 1, ivec2(0)))));
     vec2 f = clamp(place - vec2(low), 0.0, 1.0);
     float inv_extent = 4.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
@@ -93,7 +80,7 @@ FarProbes far_probes_at(Receiver r, ivec2 texel, bool are_read)
     do {
         ivec2 corner = ivec2(i & 1, i >> 1);
         vec2 near = mix(1.0 - f, f, vec2(corner));
-        ivec2 tile = start + apart * min(low + corner, last);
+        ivec2 tile = min(low + corner, last);
         vec4 point = probe_point(tile, 0);
         has_second = has_second || point.w < 0.0;
         consider(drawn, r, point, tile, near.x * near.y + 1e-3, inv_extent);
@@ -101,7 +88,7 @@ FarProbes far_probes_at(Receiver r, ivec2 texel, bool are_read)
     do {
         ivec2 corner = ivec2(i & 1, i >> 1 & 1);
         vec2 near = mix(1.0 - f, f, vec2(corner));
-        ivec2 tile = start + apart * min(low + corner, last);
+        ivec2 tile = min(low + corner, last);
         ivec2 probe = tile + ivec2(0, probe_tiles().y);
         consider(drawn, r, probe_point(tile, 1), probe, near.x * near.y + 1e-3, inv_extent);
     } while (++i < (are_read && has_second ? 8 : 4));
@@ -119,12 +106,12 @@ vec4 far_radiance(FarProbes probes, vec3 w_vs, int i)
     if ((i & 3) == 3)
         probe = probes.d;
     ivec2 cell = ivec2(probe_place(w_vs * probe.frame) * float(PROBE_SIDE));
-    return probe.scale * texelFetch(t_far_radiance, probe.texel + cell, 0);
+    return texelFetch(t_far_radiance, probe.texel + cell, 0);
 }
 #else
 FarProbes far_probes_at(Receiver r, ivec2 texel, bool are_read)
 {
-    FarProbe probe = FarProbe(texel, 0.0, mat3(0.0));
+    FarProbe probe = FarProbe(texel, mat3(0.0));
     return FarProbes(probe, probe, probe, probe);
 }
 #endif

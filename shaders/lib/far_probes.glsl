@@ -1,12 +1,10 @@
 // Probes of the far field: where they stand, and which texel holds which direction.
 //
 // A tile of PROBE_TILE x PROBE_TILE pixels has up to two probes, each at a surface point that
-// the tile shows. An image has a texel for each, second ones above the first, an even number of rows
-// higher. Of every 2 x 2 each is in another quarter.
-// Radiance has a tile for each quarter, and in it PROBE_SIDE x PROBE_SIDE texels for each probe:
-// the square, mapped onto the disk so that areas keep (Shirley, Chiu 1997), lifted to the
-// hemisphere about the probe's normal: all texels stand for the same share of a
-// cosine-weighted hemisphere.
+// the tile shows. An image has a texel for each, second ones above the first.
+// Radiance has PROBE_SIDE x PROBE_SIDE texels for each probe: the square, mapped onto the disk so that
+// areas keep (Shirley, Chiu 1997), lifted to the hemisphere about the probe's normal: all texels
+// stand for the same share of a cosine-weighted hemisphere.
 #include "lib/octahedral.glsl"
 #include "lib/sampling.glsl"
 
@@ -31,7 +29,7 @@ vec2 probe_square(float code)
     return vec2(ivec2(bits & 16383u, bits >> 14)) * (1.0 / PROBE_CODE_HALF_RANGE) - 1.0;
 }
 
-// Columns and rows of tiles; one more row than the frame has where that is an odd number.
+// Columns and rows of tiles.
 ivec2 probe_tiles()
 {
     return textureSize(t_far_probe_points, 0) / ivec2(1, 2);
@@ -43,17 +41,10 @@ vec4 probe_point(ivec2 tile, int second)
     return texelFetch(t_far_probe_points, tile + ivec2(0, second * probe_tiles().y), 0);
 }
 
-// Size in texels of a quarter of the image of radiance.
-ivec2 probe_quarter_size()
-{
-    ivec2 tiles = probe_tiles();
-    return ivec2((tiles.x + 1) / 2, tiles.y) * PROBE_SIDE;
-}
-
 // The first texel of a probe in the image of radiance.
 ivec2 probe_texel(ivec2 probe)
 {
-    return (probe & 1) * probe_quarter_size() + (probe >> 1) * PROBE_SIDE;
+    return probe * PROBE_SIDE;
 }
 
 const float QUARTER_PI = 0.25 * PI;

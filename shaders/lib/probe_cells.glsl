@@ -14,13 +14,10 @@ struct ProbeCell {
 
 ProbeCell probe_cell(ivec2 texel)
 {
-    ivec2 quarter = texel / probe_quarter_size();
-    ivec2 place = texel - quarter * probe_quarter_size();
     ProbeCell c;
-    c.probe = 2 * (place / PROBE_SIDE) + quarter;
-    c.cell = place % PROBE_SIDE;
-    bool exists = c.probe.x < probe_tiles().x;
-    c.point = exists ? texelFetch(t_far_probe_points, c.probe, 0) : vec4(0.0);
+    c.probe = texel / PROBE_SIDE;
+    c.cell = texel % PROBE_SIDE;
+    c.point = texelFetch(t_far_probe_points, c.probe, 0);
     return c;
 }
 

@@ -34,7 +34,6 @@ from ssdo_gl.passes.far_probes import (
     FAR_RADIANCE,
     FarFieldSettings,
     probe_defines,
-    probe_uniforms,
 )
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
 from ssdo_gl.passes.own_lookup import OWN_RAYS, own_defines, own_uniforms, tell_all
@@ -220,7 +219,6 @@ class DirectionalPass(RenderPass):
             {
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
-                **probe_uniforms(context),
                 **own_uniforms(context),
             },
             self.reads,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import ClassVar
 
@@ -12,13 +12,10 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.near_field import far_field_settings, receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Decision, Request
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import drawing_into, make_texture
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.math3d import Region
 from ssdo_gl.passes.far_probes import (
-    ALL_QUARTERS,
     FAR_POINTS,
     FAR_RADIANCE,
     FarFieldSettings,
@@ -44,9 +41,8 @@ SURFACES = ("z_vs", "normals_vs")
 class FarProbesPass(RenderPass):
     """Writes where probes stand, and `far_radiance`: what they see beyond R, by direction.
 
-    All frames of a steady view share it: one ray for each direction. In a live frame that has
-    moved a quarter of the probes has its rays, or none where probes give way to per-pixel rays. At
-    rest all have. While light moves and the view rests, one quarter after the other is traced.
+    All frames of a steady view share it. In a live frame that has moved, or whose light is
+    still spreading, there are none where probes give way to per-pixel rays.
     """
 
     name = "far_probes"
@@ -54,7 +50,6 @@ class FarProbesPass(RenderPass):
         name: TextureSpec(4, "f4", own=True) for name in (FAR_POINTS, FAR_RADIANCE)
     }
     is_gradual = True
-    adds_up = True
     lags = False
 
     def __init__(
@@ -75,63 +70,35 @@ class FarProbesPass(RenderPass):
         self.depends_on = (*self._of_view, "steady_seed" if is_steady else "seed")
 
     def execute(self, context: PassContext) -> Produced:
-        """Trace one ray for each direction of the probes whose turn it is."""
+        """Trace one ray for each direction of all probes, or none."""
         frame = context.frame
-        points, texture, rays = self._begun(context)
-        quarters = rays.turn(is_live=frame.is_live)
-        if quarters:
-            width, height = texture.width // 2, texture.height // 2
-            regions = [(q % 2 * width, q // 2 * height, width, height) for q in quarters]
-            self._trace(context, points, texture, regions)
-            rays = rays.with_turn(quarters)
-        self.is_settled = rays.gives_way or all(rays.fresh)
-        return {FAR_POINTS: points, FAR_RADIANCE: TextureWithFacts(texture, rays)}
-
-    def _begun(self, context: PassContext) -> tuple[moderngl.Texture, moderngl.Texture, ProbeRays]:
-        """Return what earlier frames have left of these probes, or what begins anew."""
-        frame, gl = context.frame, context.gl
         changed = frame.versions.get("geometry"), frame.versions.get("materials")
-        light = context.inputs["surface_cache"], changed
         view = tuple(frame.versions.get(domain) for domain in self._of_view)
-        source = (view, self.settings_key()), frame.versions.get("steady_seed")
+        source = view, self.settings_key(), frame.versions.get("steady_seed")
+        rays = ProbeRays(source, (context.inputs["surface_cache"], changed))
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
-        if known is not None and known.source == source:
-            same = known if known.light == light else known.of_light(light)
-            # Light that has come to rest is waited for: there are no per-pixel rays before.
-            same = replace(same, following=ALL_QUARTERS) if context.is_complete else same
-            points, texture = (context.last[n].texture for n in (FAR_POINTS, FAR_RADIANCE))
-            return points, texture, same
-        if self._may_give_way and frame.moves > 0 and known is not None:
-            none = make_texture(gl, (1, 1), 4, "f4", 4 * [0.0])
-            rays = ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
-            is_brief = not context.is_complete or known.light != light
-            return none, none, replace(rays, is_brief=is_brief)
-        turn: tuple[int, ...] = (frame.moves % len(ALL_QUARTERS),)
-        # A view that comes to rest begins anew, at once; while it moves, each frame has
-        # another quarter and other directions, as those that are averaged should.
-        # Probes that each frame has anew can wait for no later one: no frame would be finished.
-        is_at_rest = known is not None and known.source[0] == source[0]
-        is_at_rest |= not self.is_steady and frame.moves == 0
-        turn = ALL_QUARTERS if is_at_rest else turn
+        is_of_light = known is not None and known.light == rays.light
+        if self._may_give_way and frame.is_live and (frame.moves > 0 or not context.is_complete):
+            points = radiance = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
+            is_brief = not (context.is_complete and (is_of_light or known is None))
+            rays = replace(rays, gives_way=True, is_brief=is_brief)
+        elif known is not None and is_of_light and known.source == source and not known.gives_way:
+            points, radiance = (context.last[n].texture for n in (FAR_POINTS, FAR_RADIANCE))
+            rays = known
+        else:
+            points, radiance = self._traced(context)
+        return {FAR_POINTS: points, FAR_RADIANCE: TextureWithFacts(radiance, rays)}
+
+    def _traced(self, context: PassContext) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """Return where probes stand and what they see."""
+        frame, gl = context.frame, context.gl
         tiles = tile_count(frame.view.size, self.settings.tile)
-        size = self.settings.map_size(tiles)
-        points = make_texture(gl, (tiles[0], size[1] // self.settings.directions), 4, "f4")
+        points = make_texture(gl, (tiles[0], 2 * tiles[1]), 4, "f4")
         defines = {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions}
         surfaces, uniforms = textures_of(context, SURFACES), frame.view.uniforms()
         fill(context, [points], "effects/far_probe_points.frag", defines, uniforms, surfaces)
-        return points, make_texture(gl, size, 4, "f4"), ProbeRays(source, light, turn)
-
-    def _trace(
-        self,
-        context: PassContext,
-        points: moderngl.Texture,
-        texture: moderngl.Texture,
-        regions: Sequence[Region],
-    ) -> None:
-        """Draw regions of `texture`: one ray for each direction."""
-        frame = context.frame
+        radiance = make_texture(gl, self.settings.map_size(tiles), 4, "f4")
         defines = {**ray_defines(context, self.features), "PROBE_SIDE": self.settings.directions}
-        program = context.shaders.fullscreen("effects/far_probes.frag", defines)
         seed = frame.first_seed if self.is_steady else frame.seed
         uniforms = {
             **ray_uniforms(context),
@@ -139,10 +106,8 @@ class FarProbesPass(RenderPass):
             "u_stream": stream_of(seed + (frame.moves << 32), 0),
         }
         textures = {**textures_of(context, self.reads), "t_far_probe_points": points}
-        program.set(uniforms)
-        with drawing_into(context.gl, texture) as target:
-            for region in regions:
-                draw_fullscreen(context.gl, program, target, {}, textures, region=region)
+        fill(context, [radiance], "effects/far_probes.frag", defines, uniforms, textures)
+        return points, radiance
 
 
 class CachedIrradiancePass(RenderPass):
@@ -224,10 +189,10 @@ class FarField(Effect):
             yield BrightTablesPass(), "what is so bright that rays are aimed at it"
         features = replace(request.ray_features, glow_is_direct=request.runs("emitters"))
         sky = kind_of(request.scene.environment)
-        gives_way = traces_own(request) and settings.moving_rays > 0
-        item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
+        has_own = traces_own(request)
+        item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=has_own)
         yield item, "radiance from beyond R, at probes"
-        if traces_own(request):
+        if has_own:
             stride = receiver_stride(request)
             own = OwnRaysPass(settings, features, sky, stride, is_steady=is_steady)
             yield own, "light gathered by per-pixel rays"

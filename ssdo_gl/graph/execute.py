@@ -131,8 +131,6 @@ class Executor:
                     self.before_pass()
                 result = self._results.prepared(step, sources[item.name])
                 last = result.returned() if item.gets_last(frame) else {}
-                if item.adds_up:
-                    result.forget()
                 context = PassContext(
                     *(self._device.gl, shaders, geometry, frame),
                     {name: textures[name] for name in item.reads},

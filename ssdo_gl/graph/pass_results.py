@@ -81,7 +81,7 @@ class KeptResult:
         return not {*self.textures.values()}.isdisjoint(others.values())
 
     def forget(self) -> None:
-        """Leave nothing to go on from: given up half-way, sums would hold a part twice."""
+        """Leave nothing to go on from."""
         self.textures.clear()
         self.facts.clear()
 

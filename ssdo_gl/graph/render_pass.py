@@ -103,8 +103,6 @@ class RenderPass(ABC):
         It draws anew into what it returned last, which nobody reads any more.
     is_gradual : bool
         In live frames it does part of its work at a time.
-    adds_up : bool
-        It adds to textures of its own: what was given up half-way begins anew.
     lags : bool
         What it leaves to later frames is missing until then, not only noisier.
     is_settled : bool
@@ -126,7 +124,6 @@ class RenderPass(ABC):
     spares: ClassVar[bool] = False
     draws_over: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
-    adds_up: ClassVar[bool] = False
     lags: ClassVar[bool] = True
     is_settled: bool = True
     statistics: Mapping[str, Any] = MappingProxyType({})

@@ -6,11 +6,9 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 import numpy as np
 
-from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import MAX_SIZE_PX, same_as
@@ -20,9 +18,6 @@ FAR_POINTS = "far_probe_points"
 FAR_RADIANCE = "far_radiance"
 # Eight directions, which tell how bright the sky is.
 SKY_DIRECTIONS = np.array(list(product((-1.0, 1.0), repeat=3))) / math.sqrt(3.0)
-# A quarter of the probes is one in each 2 x 2 of them.
-ALL_QUARTERS = (0, 1, 2, 3)
-NOTHING = (False,) * 4
 
 
 @dataclass(frozen=True)
@@ -61,9 +56,9 @@ class FarFieldSettings:
     )
     moving_rays: int = setting(
         2,
-        "per-pixel rays while nothing but the camera moves; 0: none in motion",
+        "per-pixel rays while nothing but the camera, or light, moves",
         unit="rays",
-        low=0,
+        low=1,
         high=64,
     )
     moving_edge_rays: int = setting(
@@ -96,9 +91,8 @@ class FarFieldSettings:
         return replace(self, tile=tile)
 
     def map_size(self, tiles: tuple[int, int]) -> tuple[int, int]:
-        """Return the size of `FAR_RADIANCE`: two maps of every probe, whole quarters of them."""
-        columns, rows = (2 * -(-n // 2) for n in tiles)
-        return columns * self.directions, 2 * rows * self.directions
+        """Return the size of `FAR_RADIANCE`: two maps of every tile."""
+        return tiles[0] * self.directions, 2 * tiles[1] * self.directions
 
 
 def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
@@ -124,57 +118,20 @@ class ProbeRays:
 
     Attributes
     ----------
-    source : (hashable, hashable)
-        Equal for the same probes and settings, and for the same seed.
+    source : hashable
+        Equal for the same probes, settings and seed.
     light : hashable
         Equal for the same geometry and light.
-    known : tuple of bool
-        Of each quarter, whether there is a ray for each direction.
-    fresh : tuple of bool
-        Whether it is of that light.
-    following : tuple of int
-        The quarters whose turn is next where none is of that light.
     gives_way : bool
-        No probe is looked up, since pixels of a view that moves trace rays of their own.
+        There are no probes, since pixels of a frame that changes trace rays of their own.
     is_brief : bool
         More than the camera moves, so that few frames are averaged.
     """
 
-    source: tuple[Hashable, Hashable]
+    source: Hashable
     light: Hashable
-    following: tuple[int, ...]
-    known: tuple[bool, ...] = NOTHING
-    fresh: tuple[bool, ...] = NOTHING
     gives_way: bool = False
     is_brief: bool = False
-
-    def of_light(self, light: Hashable) -> ProbeRays:
-        """Return the same of another light, of which nothing is known yet."""
-        return replace(self, light=light, fresh=NOTHING)
-
-    def turn(self, *, is_live: bool) -> tuple[int, ...]:
-        """Return the quarters whose rays are to be traced now."""
-        if self.gives_way:
-            return ()
-        stale = tuple(q for q, fresh in enumerate(self.fresh) if not fresh)
-        return self.following if is_live and stale == ALL_QUARTERS else stale
-
-    def with_turn(self, quarters: tuple[int, ...]) -> ProbeRays:
-        """Return what there is after one more ray for `quarters`."""
-        fresh = tuple(is_fresh or q in quarters for q, is_fresh in enumerate(self.fresh))
-        known = tuple(new or old for new, old in zip(fresh, self.known, strict=True))
-        following = ((quarters[-1] + 1) % len(ALL_QUARTERS),)
-        return replace(self, known=known, fresh=fresh, following=following)
-
-    def looked_up(self) -> tuple[bool, ...]:
-        """Return which quarters are looked up: all, or that alone which was traced last.
-
-        Probes of two or three of them would stand in no grid.
-        """
-        if all(self.known):
-            return self.known
-        last = (self.following[0] - 1) % len(ALL_QUARTERS)
-        return tuple(quarter == last for quarter in ALL_QUARTERS)
 
 
 def mean_radiance(environment: Environment | None) -> float:
@@ -185,11 +142,3 @@ def mean_radiance(environment: Environment | None) -> float:
         rows, columns = (-(-n // 32) for n in environment.image.shape[:2])
         return float(environment.image[::rows, ::columns].mean())
     return float(environment.sample(SKY_DIRECTIONS).mean())
-
-
-def probe_uniforms(context: PassContext) -> dict[str, Any]:
-    """Return the uniforms of ``lib/far_field.glsl``, none where there is no far field."""
-    rays = context.facts.get(FAR_RADIANCE)
-    if rays is None:
-        return {}
-    return {"u_inv_ray_counts": tuple(map(float, rays.looked_up()))}

@@ -11,9 +11,3 @@ def code_of(normal):
     """Return the code of a normal that looks up: the two numbers of its octahedron's square."""
     x, y = np.rint((normal[:2] / np.abs(normal).sum() + 1.0) * HALF_RANGE).astype(np.uint32)
     return np.uint32(CODE_BASE + (x | y << 14)).view(np.float32)
-
-
-def stacked(images):
-    """Return images (2, rows, columns, n) of first and second probes as one, rows made even."""
-    rows = images.shape[1] % 2
-    return np.concatenate(np.pad(images, ((0, 0), (0, rows), (0, 0), (0, 0))))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from passes.pass_harness import box, make_scene, quad
 
-from ssdo_gl.effects import far_field
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.passes.far_probes import FarFieldSettings, tile_count
@@ -111,10 +110,10 @@ def test_jittered_frames_of_a_view_share_its_rays() -> None:
         assert ran(live(renderer, 0), "far_probes")
         frames = [live(renderer, index) for index in range(1, 12)]
         frames += [live(renderer, index) for index in range(12)]
-    # The other quarters of the probes, then sixteen parts of the pixels' own rays.
-    assert [ran(frame, "far_probes") for frame in frames] == [True] + 22 * [False]
-    assert [ran(frame, "own_rays") for frame in frames] == 16 * [True] + 7 * [False]
-    assert [frame.is_settled for frame in frames] == 15 * [False] + 8 * [True]
+    # Sixteen parts of the pixels' own rays.
+    assert [ran(frame, "far_probes") for frame in frames] == 23 * [False]
+    assert [ran(frame, "own_rays") for frame in frames] == 15 * [True] + 8 * [False]
+    assert [frame.is_settled for frame in frames] == 14 * [False] + 9 * [True]
     assert not any(ran(frame, "cached_irradiance") for frame in frames)
 
 
@@ -124,6 +123,7 @@ def test_a_picture_of_one_frame_draws_nothing_for_a_march() -> None:
     with gi_renderer() as renderer:
         alone = renderer.render(("beauty",))
         beside = renderer.render(("beauty", "visibility"))
+    with gi_renderer() as renderer:
         several = live(renderer, 0), live(renderer, 1)
     assert not any(ran(alone, name) for name in of_march)
     assert any(ran(frame, name) for frame in several for name in of_march)
@@ -139,7 +139,7 @@ def test_a_picture_does_not_depend_on_the_frames_before_it() -> None:
     assert np.array_equal(first, again)
 
 
-def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> None:
+def test_a_view_that_moved_begins_as_any_other() -> None:
     def read(drawing: Drawing) -> np.ndarray:
         return np.array(drawing.planes["beauty"].read())
 
@@ -148,19 +148,16 @@ def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> Non
     def draw_all(renderer: Renderer) -> list[np.ndarray]:
         return [read(live(renderer, index)) for index in (0, 1, 2, 3, 4, 0)]
 
-    with gi_renderer(temporal="off", overrides={"far_field.tile": 2}) as renderer:
+    with gi_renderer(temporal="off") as renderer:
         first = draw_all(renderer)
         live(renderer, 0, away)
         again = draw_all(renderer)
-    # A quarter of the probes tells as much light, with more noise.
-    assert first[0][..., :3].mean() == pytest.approx(first[-1][..., :3].mean(), rel=0.02)
-    assert not np.array_equal(first[0], first[-1])
     assert np.array_equal(first, again)
 
 
 @pytest.mark.parametrize("moves", [".l..", ".lll.", "mmm.b...", "bbbbb..."])
 def test_no_frame_goes_without_light_while_a_lamp_changes(moves: str) -> None:
-    """m: the camera moves, l: a lamp gets darker, b: both; quarters of probes go their round."""
+    """m: the camera moves, l: a lamp gets darker, b: both."""
     scene = load_scene("corner")
     (lamp,) = scene.lights
     step, level, levels = 0.0, 1.0, []
@@ -181,7 +178,7 @@ def test_no_frame_goes_without_light_while_a_lamp_changes(moves: str) -> None:
     assert min(levels) > 0.8 * max(levels)
 
 
-def test_frames_are_averaged_although_probes_are_left_to_those_that_follow(
+def test_frames_in_motion_go_on_from_the_view_at_rest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     original, averaged = TemporalPass._draw, []
@@ -226,27 +223,6 @@ def test_what_is_bound_between_two_draws_changes_nothing() -> None:
                 other.use(unit)
 
         np.testing.assert_array_equal(at_rest(renderer, show), expected)
-
-
-def test_a_frame_that_was_given_up_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As in a window, where input comes while the probes' rays are traced."""
-    with gi_renderer() as renderer:
-        expected = at_rest(renderer)
-    original, regions = far_field.draw_fullscreen, []
-
-    def give_up(*arguments: Any, **more: Any) -> None:
-        original(*arguments, **more)
-        if "region" in more:
-            regions.append(None)
-            # Of those that are left after the first quarter, the second.
-            if len(regions) == 3:
-                raise InterruptedError
-
-    monkeypatch.setattr(far_field, "draw_fullscreen", give_up)
-    with gi_renderer() as renderer:
-        with pytest.raises(InterruptedError):
-            at_rest(renderer)
-        np.testing.assert_array_equal(at_rest(renderer), expected)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from effects.probe_codes import code_of, stacked
+from effects.probe_codes import code_of
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -31,15 +31,12 @@ def probes_of(rng, tiles):
 def expected(chosen, far):
     """Return density, mean radiance, open share and its mean (rows, columns, 4), of all texels."""
     rows, columns = chosen.shape[1:]
-    second = (rows + 1) // 2 * 2
-    quarter = np.array([(columns + 1) // 2, second]) * SIDE
     light = far[..., :3].mean(-1) + (1.0 - far[..., 3]) * SKY
     open_sky = 1.0 - far[..., 3]
     guide = np.zeros((*light.shape, 4))
 
     def corner(layer, y, x):
-        probe = np.array([x, y + layer * second])
-        return (probe & 1) * quarter + (probe >> 1) * SIDE
+        return np.array([x, y + layer * rows]) * SIDE
 
     def alike(y, x, normal):
         """Return the corner of the probe of a tile that has the same directions, or None."""
@@ -81,8 +78,8 @@ def test_the_guide_is_the_root_mean_square_of_a_cell_and_those_beside(gl, shader
         codes[(*at, 3)] = code_of(NORMALS[chosen[tuple(at)]])
     # Those of first probes of tiles that have a second one are negative.
     codes[0, ..., 3] *= np.where(chosen[1] >= 0, -1.0, 1.0)
-    points = stacked(codes)
-    size = (tiles[0] + 1) // 2 * 2 * SIDE, (tiles[1] + 1) // 2 * 4 * SIDE
+    points = np.concatenate(codes)
+    size = tiles[0] * SIDE, 2 * tiles[1] * SIDE
     far = rng.random((size[1], size[0], 4)).astype(np.float32) ** 3
     textures = {
         "t_far_probe_points": make_texture(gl, points.shape[1::-1], 4, "f4", points.tobytes()),

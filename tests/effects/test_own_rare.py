@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from effects.probe_codes import code_of, stacked
+from effects.probe_codes import code_of
 from passes.estimator_cases import picture_frame
 
 from ssdo_gl.effects.own_rays import places_of
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 
-# Tiles at the upper and right borders are cut off, and one more row makes them even.
+# Tiles at the upper and right borders are cut off.
 SIZE, TILE = (44, 28), 4
-TILES, ROWS = (11, 7), 8
+TILES = (11, 7)
 TAN_Y = 0.5
 # As shaders/effects/own_spread.frag and shaders/rays/guide.glsl say.
 REACH, LEAST_AGREEMENT = 2, 0.8
@@ -26,11 +26,11 @@ ROUNDING = 1e-3
 def filled(gl, shaders, shader, defines, uniforms, textures):
     """Return the image (2, rows, columns, n) that a shader fills, of first and second probes."""
     counts = (4, 2) if shader == "own_rare" else (4,)
-    targets = [make_texture(gl, (TILES[0], 2 * ROWS), count, "f4") for count in counts]
+    targets = [make_texture(gl, (TILES[0], 2 * TILES[1]), count, "f4") for count in counts]
     program = shaders.fullscreen(f"effects/{shader}.frag", defines)
     draw_fullscreen(gl, program, make_framebuffer(gl, targets), uniforms, textures)
     found = [np.frombuffer(t.read(), np.float32) for t in targets]
-    images = [f.reshape(2, ROWS, TILES[0], -1)[:, : TILES[1]] for f in found]
+    images = [f.reshape(2, *TILES[::-1], -1) for f in found]
     return np.concatenate(images, axis=-1)
 
 
@@ -50,7 +50,9 @@ def test_what_is_rare_is_summed_by_the_surfaces_of_a_tile(gl, shaders) -> None:
         "t_own_rare": make_texture(gl, rare.shape[1::-1], 4, "f4", rare),
         "t_own_light": make_texture(gl, rare.shape[1::-1], 2, "f4", light),
     }
-    found = filled(gl, shaders, "own_rare", {"PROBE_TILE": TILE}, {"u_tile_rows": ROWS}, textures)
+    found = filled(
+        gl, shaders, "own_rare", {"PROBE_TILE": TILE}, {"u_tile_rows": TILES[1]}, textures
+    )
     wanted = np.zeros((3, *TILES[::-1], 6))
     for number, (pixel, owner) in enumerate(zip(chosen, owners, strict=True)):
         tile = pixel // size[0] // TILE, pixel % size[0] // TILE
@@ -76,7 +78,9 @@ def test_what_is_rare_is_averaged_over_probes_of_the_same_surface(gl, shaders) -
     light = (0.5 + rng.random((*chosen.shape, 2))).astype(np.float32) * rare[..., 3:]
     images = {"t_far_probe_points": probes, "t_rare": rare, "t_light": light}
     textures = {
-        name: make_texture(gl, (TILES[0], 2 * ROWS), i.shape[-1], "f4", stacked(i).tobytes())
+        name: make_texture(
+            gl, (TILES[0], 2 * TILES[1]), i.shape[-1], "f4", np.concatenate(i).tobytes()
+        )
         for name, i in images.items()
     }
     defines = {"PROBE_TILE": TILE, "PROBE_SIDE": 2}

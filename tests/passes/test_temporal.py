@@ -126,7 +126,7 @@ def test_what_stands_still_for_a_while_does_not_end_an_average(frames) -> None:
     np.testing.assert_allclose(found, mean + (noise(3) - mean) / 3.0, atol=4.0 * ROUNDING)
 
 
-PROBES = ProbeRays((0, 0), 0, (0,))
+PROBES = ProbeRays(0, 0)
 # What a view at rest traces, and what it has traced.
 TRACING = OwnRays(PROBES, (object(),))
 TRACED = dataclasses.replace(TRACING, is_known=True)
