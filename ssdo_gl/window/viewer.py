@@ -14,6 +14,7 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.options.resolve import settings_for
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment import Environment, sun_of, with_sun
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -145,6 +146,13 @@ class Viewer(Canvas):
         materials = zip(self.original.materials, self.loaded.materials, strict=False)
         is_as_loaded &= all(now is before for now, before in materials)
         self.edit(self.loaded if is_as_loaded else scene)
+
+    def change_environment(self, environment: Environment | None) -> None:
+        """Draw in another environment, and with its sun where there is a sun."""
+        if sun := sun_of(environment):
+            self.lights[:] = with_sun(tuple(self.lights), sun)
+        self.original = dataclasses.replace(self.original, environment=environment)
+        self.apply_lights()
 
     def edit(self, scene: Scene) -> None:
         """Draw an edited version of the same scene."""

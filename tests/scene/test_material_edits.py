@@ -49,6 +49,7 @@ def test_a_saved_scene_has_every_number_that_was_edited(room: Scene, tmp_path: P
     text = scene_text(
         "cornell_meso",
         room,
+        load={},
         camera=room.camera,
         lights=room.lights,
         sources=range(len(room.lights)),

@@ -6,6 +6,7 @@ import dataclasses
 
 from window.driven_viewer import Clock
 
+from ssdo_gl.scene.environment import Daylight, sky
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.light_edits import without_light
 from ssdo_gl.scene.load import load_scene
@@ -74,3 +75,13 @@ def test_differences_are_named() -> None:
     assert dataclasses.replace(START, original=painted).difference(START) == "materials"
     dark = dataclasses.replace(ROOM, environment=ConstantEnvironment((1.0, 1.0, 1.0)))
     assert dataclasses.replace(START, original=dark).difference(START) == "environment"
+
+
+def test_the_sun_goes_with_its_sky_there_and_back(gl, make_viewer) -> None:
+    viewer = make_viewer("corner", light="sky:9")
+    viewer.change_environment(sky(Daylight(17.0)))
+    (sun,) = viewer.lights
+    assert sun.direction == Daylight(17.0).sun().direction
+    viewer.change_environment(viewer.loaded.environment)
+    assert tuple(viewer.lights) == viewer.loaded.lights
+    assert not viewer.is_edited

@@ -15,4 +15,4 @@ from ssdo_gl.scene.environment.environment_kinds import (
 )
 from ssdo_gl.scene.environment.environment_light import irradiance, radiance_image
 from ssdo_gl.scene.environment.environment_lobes import lobe_levels
-from ssdo_gl.scene.environment.sun_of_map import sun_apart, sun_note, turned_sun
+from ssdo_gl.scene.environment.sun_of_map import sun_apart, sun_note, sun_of, turned_sun

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment.daylight import SUN
-from ssdo_gl.scene.environment.environment_kinds import MapEnvironment, texels
+from ssdo_gl.scene.environment.daylight import SUN, SkyEnvironment
+from ssdo_gl.scene.environment.environment_kinds import Environment, MapEnvironment, texels
 from ssdo_gl.scene.lights import DirectionalLight
 
 # Degrees about the brightest texel in which its light counts as the sun's: its disk of .53 degrees,
@@ -136,6 +136,13 @@ def turned_sun(environment: MapEnvironment) -> DirectionalLight | None:
     turn = math.radians(environment.rotation_y)
     cosine, sine = math.cos(turn), math.sin(turn)
     return replace(environment.sun, direction=(x * cosine + z * sine, y, z * cosine - x * sine))
+
+
+def sun_of(environment: Environment | None) -> DirectionalLight | None:
+    """Return the sun that goes with an environment, as a light; None if it has none."""
+    if isinstance(environment, SkyEnvironment):
+        return environment.daylight.sun()
+    return turned_sun(environment) if isinstance(environment, MapEnvironment) else None
 
 
 def sun_note(environment: MapEnvironment) -> str:

@@ -14,8 +14,6 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     SkyEnvironment,
     sky,
-    turned_sun,
-    with_sun,
 )
 from ssdo_gl.scene.light_edits import new_light
 from ssdo_gl.scene.lights import KINDS
@@ -129,7 +127,7 @@ def _environment(viewer: Viewer) -> None:
         imgui.text_disabled("no environment")
         imgui.same_line()
         if imgui.small_button("add a sky"):
-            _replace_environment(viewer, SKY)
+            viewer.change_environment(SKY)
         return
     if not imgui.tree_node("environment"):
         return
@@ -147,22 +145,19 @@ def _environment(viewer: Viewer) -> None:
         daylight = _time_of_day(environment.daylight)
         if daylight != environment.daylight and daylight.is_day:
             new = sky(daylight)
-            viewer.lights[:] = with_sun(tuple(viewer.lights), daylight.sun())
     else:
         imgui.text_disabled(f"image {environment.name or 'map'}")
         turned, degrees = imgui.drag_float("turn (deg)", environment.rotation_y, 0.5)
         if turned:
             new = dataclasses.replace(environment, rotation_y=degrees)
-            if sun := turned_sun(new):
-                viewer.lights[:] = with_sun(tuple(viewer.lights), sun)
     if new is not environment and new != environment:
-        _replace_environment(viewer, new)
+        viewer.change_environment(new)
     if imgui.small_button("remove"):
-        _replace_environment(viewer, None)
+        viewer.change_environment(None)
     if environment is not viewer.loaded.environment:
         imgui.same_line()
         if imgui.small_button("as loaded"):
-            _replace_environment(viewer, viewer.loaded.environment)
+            viewer.change_environment(viewer.loaded.environment)
     imgui.tree_pop()
 
 
@@ -179,11 +174,6 @@ def _time_of_day(daylight: Daylight) -> Daylight:
         if changed:
             daylight = dataclasses.replace(daylight, **{name: value})
     return daylight
-
-
-def _replace_environment(viewer: Viewer, environment: Environment | None) -> None:
-    viewer.original = dataclasses.replace(viewer.original, environment=environment)
-    viewer.apply_lights()
 
 
 def _color(label: str, color: Color) -> Color:

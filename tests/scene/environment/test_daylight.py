@@ -127,6 +127,17 @@ def test_a_base_at_another_hour_moves_its_sun(tmp_path: Path) -> None:
     assert sun.irradiance == Daylight(18.0).sun().irradiance
 
 
+def test_a_base_without_a_sun_gets_that_of_its_day(tmp_path: Path) -> None:
+    later = tmp_path / "later.toml"
+    later.write_text('base = "corner"\n[environment]\nkind = "sky"\nhour = 18.0\n')
+    assert [light.name for light in load_scene(later).lights] == ["", SUN]
+    # One that was taken away stays so at another hour.
+    (tmp_path / "dark.toml").write_text('base = "later.toml"\n[[edit]]\nlight = 2\nremove = true\n')
+    darker = tmp_path / "darker.toml"
+    darker.write_text('base = "dark.toml"\n[environment]\nkind = "sky"\nhour = 9.0\n')
+    assert [light.name for light in load_scene(darker).lights] == [""]
+
+
 def test_the_light_of_an_hour_is_a_flag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = load_scene("corner", light="sky:9")
     assert [light.name for light in scene.lights] == [SUN]
@@ -151,6 +162,7 @@ def test_a_day_that_was_edited_is_saved() -> None:
     text = scene_text(
         "corner",
         scene,
+        load={"light": "sky"},
         camera=scene.camera,
         lights=scene.lights,
         sources=range(len(scene.lights)),

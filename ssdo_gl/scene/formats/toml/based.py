@@ -16,7 +16,7 @@ from ssdo_gl.scene.environment import (
     Environment,
     MapEnvironment,
     SkyEnvironment,
-    turned_sun,
+    sun_of,
     with_sun,
 )
 from ssdo_gl.scene.files import Table, contained_file
@@ -121,14 +121,12 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
 
 def _sunlit(base: Scene, environment: Environment | None) -> Scene:
     """Return `base` with its sun as another environment has it."""
-    if isinstance(environment, SkyEnvironment):
-        return dataclasses.replace(base, lights=with_sun(base.lights, environment.daylight.sun()))
-    sun = turned_sun(environment) if isinstance(environment, MapEnvironment) else None
+    sun = sun_of(environment)
     if sun is None:
         return base
-    is_known = any(light.name == SUN for light in base.lights)
-    # Where the base has none, that of an image, from which it is parted, would be missing.
-    lights = with_sun(base.lights, sun) if is_known else (*base.lights, sun)
+    lights = with_sun(base.lights, sun)
+    if sun_of(base.environment) is None and not any(light.name == SUN for light in lights):
+        lights = (*lights, sun)
     return dataclasses.replace(base, lights=lights)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ssdo_gl.scene import files
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.environment import MapEnvironment, SkyEnvironment, turned_sun
+from ssdo_gl.scene.environment import sun_of
 from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats.toml import materials, objects
 from ssdo_gl.scene.formats.toml.based import read_based_scene
@@ -77,9 +77,7 @@ def read_description(
     top.allow(*TOP_KEYS)
     builder = SceneBuilder(source, options)
     environment = read_environment(top.table("environment"), file, builder)
-    if isinstance(environment, SkyEnvironment):
-        builder.lights.append(environment.daylight.sun())
-    elif isinstance(environment, MapEnvironment) and (sun := turned_sun(environment)):
+    if sun := sun_of(environment):
         builder.lights.append(sun)
     render = read_render_settings(top.table("render"))
     material_of_name = materials.read_materials(top.table("materials"), file, builder)
