@@ -100,7 +100,7 @@ def test_a_low_sun_is_round_in_a_polished_floor(device, shaders, roughness):
     """Errors of .086 and .019 of the mean were measured, 4.1 and .94 where it was not."""
     rise = np.radians(20.0)
     eye = (0.0, 2.2 * np.sin(rise), 2.2 * np.cos(rise))
-    polish = Material((0.0, 0.0, 0.0), specular=1.0, roughness=roughness)
+    polish = Material(albedo=(0.0, 0.0, 0.0), specular=1.0, roughness=roughness)
     sun = DirectionalLight((0.0, -np.sin(rise), np.cos(rise)), (2.0, 2.0, 2.0), angle=5.0)
     eye = Camera(eye, (0, 0, 0), fov_y=20.0)
     scene = with_meshes(FLOOR, camera=eye, environment=None, lights=(sun,))

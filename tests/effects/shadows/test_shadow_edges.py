@@ -88,7 +88,7 @@ SCREEN = RectangleLight((-1.2, 0.0, -1.5), (2.4, 0, 0), (0, 0.8, 0), (4.0, 4.0, 
 @pytest.mark.parametrize("roughness", [0.3, 0.5])
 def test_lobes_see_lamps_past_what_stands_before_them(roughness):
     """Errors of .11 and .08 of the mean were measured, .30 and .23 by maps."""
-    black = Material((0.0, 0.0, 0.0))
+    black = Material(albedo=(0.0, 0.0, 0.0))
     floor = dataclasses.replace(black, specular=1.0, roughness=roughness)
     objects = [SceneObject(0, 0), *(SceneObject(i, 1) for i in (1, 2, 3))]
     scene = make_scene([FLOOR, *POSTS], materials=[floor, black], objects=objects, camera=CAMERA)
@@ -104,7 +104,7 @@ def test_lobes_see_lamps_past_what_stands_before_them(roughness):
 @pytest.mark.parametrize(("roughness", "error"), [(0.3, 0.12), (0.5, 0.06)])
 def test_lobes_see_the_part_of_a_sun_that_is_open(roughness, error):
     """Errors of .077 and .046 of the mean were measured, .55 and .12 as if it was spread evenly."""
-    black = Material((0.0, 0.0, 0.0))
+    black = Material(albedo=(0.0, 0.0, 0.0))
     floor = dataclasses.replace(black, specular=1.0, roughness=roughness)
     bars = [box((x, 0.0, -1.02), (x + 0.06, 1.6, -0.98)) for x in np.arange(-1, 1, 0.2)]
     objects = [SceneObject(0, 0), *(SceneObject(i + 1, 1) for i in range(len(bars)))]
@@ -277,7 +277,7 @@ def test_only_shadows_by_maps_of_gi_ask_for_rays(lights, choices, traces):
     assert decision(lights, **choices) == (traces, traces)
 
 
-POLISHED = Material((0.5, 0.5, 0.5), specular=1.0, roughness=0.3)
+POLISHED = Material(albedo=(0.5, 0.5, 0.5), specular=1.0, roughness=0.3)
 OFF = dataclasses.replace(LAMP, intensity=(0.0, 0.0, 0.0))
 
 
