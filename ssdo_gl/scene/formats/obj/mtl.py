@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ssdo_gl import math3d
 from ssdo_gl.color import RGB_FROM_XYZ
 from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
@@ -143,7 +144,7 @@ def _material(
         albedo = (1.0, 1.0, 1.0)
         model.note(f"material {name!r}: Kd 0 would hide its texture: taken as 1")
     if max(albedo) > 1.0:
-        albedo = _clipped(albedo)
+        albedo = math3d.vector(np.minimum(albedo, 1.0))
         model.note(f"material {name!r}: Kd above 1 taken as 1")
     cut_out = mask is not None or (colors is not None and is_cut_out(colors.texture, CUTOFF))
     if mask is not None:
@@ -239,8 +240,3 @@ def _color(
     if xyz:
         numbers = np.maximum(RGB_FROM_XYZ @ numbers, 0.0).tolist()
     return numbers[0], numbers[1], numbers[2]
-
-
-def _clipped(color: Color) -> Color:
-    r, g, b = (min(value, 1.0) for value in color)
-    return r, g, b

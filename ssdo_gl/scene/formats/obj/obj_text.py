@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.scene.files import read_file
 
 
 def logical_lines(path: Path, where: str) -> Iterator[tuple[int, str]]:
@@ -18,10 +18,7 @@ def logical_lines(path: Path, where: str) -> Iterator[tuple[int, str]]:
     SceneError
         If the file cannot be read.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
+    data = read_file(path, where)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         data = data.decode("utf-16", "replace").encode()
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")

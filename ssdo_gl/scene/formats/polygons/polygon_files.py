@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ssdo_gl.scene.files import read_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.polygons.off import parse_off
 from ssdo_gl.scene.formats.polygons.ply import parse_ply
@@ -24,7 +25,7 @@ def _read(title: str, parse: Callable[[bytes], list[PolygonMesh]], path: Path, w
     try:
         # What is not finite is dropped and told later; NumPy need not warn as well.
         with np.errstate(invalid="ignore", over="ignore"):
-            for mesh in parse(path.read_bytes()):
+            for mesh in parse(read_file(path, where)):
                 mesh.add_to(model, path, where)
                 model.notes += mesh.notes
                 if not len(mesh.counts):
@@ -32,8 +33,6 @@ def _read(title: str, parse: Callable[[bytes], list[PolygonMesh]], path: Path, w
             if not model.meshes:
                 for mesh in points:
                     _add_points(mesh, model)
-    except OSError as error:
-        raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
     except MemoryError:
         raise SceneError(f"{where}: larger than the memory there is") from None
     except ValueError as error:
