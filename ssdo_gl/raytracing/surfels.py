@@ -47,8 +47,8 @@ STRIP_LENGTH, STRIP_TEXELS = 16, (6, 3, 1)
 GROWTH = 1.1
 # Where a scene is mostly empty, as a room on a wide ground, its texels would be as large as the
 # room. Faces are cut into texels this much smaller, along an edge into no more than of usual
-# size have this length, and into smaller ones still, in such steps and down to this size, as
-# long as there are not too many.
+# size have this length, if that leaves them within the limit, and into smaller ones still, in such
+# steps and down to this size, as long as there are fewer.
 SPARSE_FINENESS, SPARSE_LENGTH, SPARSE_STEP, SPARSE_LEAST = 4.0, 0.95, 2.0**0.5, 5e-4
 
 
@@ -160,8 +160,9 @@ def build_surfels(
     spare : int
         By how many there may be more where strips are cut finer.
     sparse : int
-        Texels are smaller than `smallest` as long as there are no more, which leaves all but
-        scenes that are mostly empty as they are.
+        Where texels a quarter as large as `smallest` are no more than `most`, which leaves all but
+        scenes that are mostly empty as they are, they are smaller still as long as there are no
+        more than this.
     blind : ndarray, shape (N, 2), bool, optional
         Fronts and backs of patches that are cut coarsely, and others more finely in exchange: as
         by `blind_sides.blind_sides` of what this returns without.
@@ -187,7 +188,7 @@ def build_surfels(
         if _texel_count(patches, grids) + shared.count <= most or size > 1.0:
             break
         size *= GROWTH
-    finer = _finer(patches, extents, grids, size, min(sparse, most))
+    finer = _finer(patches, extents, grids, size, most, sparse) if sparse else None
     grids, shared, finest = finer or (grids, shared, 0.0)
     coarse = np.zeros((len(grids), 2), dtype=bool)
     blind = None if blind is None else blind[: len(grids)]
@@ -204,15 +205,15 @@ def build_surfels(
 
 
 def _finer(
-    patches: Patches, extents: FloatArray, grids: IntArray, size: float, most: int
+    patches: Patches, extents: FloatArray, grids: IntArray, size: float, most: int, sparse: int
 ) -> tuple[IntArray, _Shared, float] | None:
-    """Return the finest grids (N, 2) of at most `most` surfels; None if the scene is not sparse."""
+    """Return finer grids (N, 2) as `build_surfels` says; None if the scene is not sparse."""
     size, along, found = size / SPARSE_FINENESS, np.ceil(SPARSE_LENGTH / size), None
     while size >= SPARSE_LEAST:
         finer = np.clip(np.ceil(extents / size - 1e-6), 1, along).astype(np.int64)
         finer = np.maximum(grids, finer)
         # Asked first: of many patches the cells take long.
-        room = most - _texel_count(patches, finer)
+        room = (min(sparse, most) if found else most) - _texel_count(patches, finer)
         if room < 0 or (shared := _cells(patches, finer, size)).count > room:
             break
         found, size = (finer, shared, size), size / SPARSE_STEP

@@ -97,17 +97,19 @@ def test_slats_are_cut_across_however_few_surfels_they_are_long(width: float) ->
     assert sorted((layout & 0xFFF, layout >> 12 & 0xFFF)) == [6, 10]
 
 
-def on_a_ground(width: float) -> Bvh:
-    """Return a box of edge 2 that stands on the middle of a square."""
+def on_a_ground(width: float, boxes: int = 1) -> Bvh:
+    """Return boxes of edge 2 that stand in a row on a square, from its middle on."""
     ground = dataclasses.replace(quad(), positions=quad().positions * width - [0.0, 0.0, 1.01])
     room = dataclasses.replace(box(), positions=box().positions * 2.0)
-    objects = (SceneObject(0, 0), SceneObject(1, 0))
+    places = np.tile(np.eye(4), (boxes, 1, 1))
+    places[:, 0, 3] = 3.0 * np.arange(boxes)
+    objects = (SceneObject(0, 0), SceneObject(1, 0, places))
     return build_bvh(Scene((ground, room), (Material(),), objects, CAMERA))
 
 
 def cut(bvh: Bvh) -> tuple[Surfels, np.ndarray]:
-    """Return at most 16384 surfels where texels of .03 leave room, and texels along edges."""
-    surfels = build_surfels(bvh, 65535, 0.03, sparse=16384)
+    """Return surfels as a scene has them, and texels along edges."""
+    surfels = build_surfels(bvh, 32768, 0.03, sparse=16384)
     layout = surfels.places.table[:, 1].astype(np.int64)
     return surfels, np.stack([layout & 0xFFF, layout >> 12 & 0xFFF], axis=1)
 
@@ -118,6 +120,13 @@ def test_texels_of_a_room_are_fine_on_a_wide_ground(width: float, least: int) ->
     surfels, texels = cut(on_a_ground(width))
     assert texels[2:].min() >= least
     assert surfels.count <= 16384
+
+
+def test_texels_of_several_rooms_are_a_quarter_as_wide_if_the_limit_allows_it() -> None:
+    # 5 where 16384 were not exceeded.
+    surfels, texels = cut(on_a_ground(20.0, boxes=5))
+    assert texels[2:].min() >= 16
+    assert 16384 < surfels.count <= 32768
 
 
 def test_a_wide_ground_keeps_its_texels_and_so_does_a_scene_without_empty_space() -> None:

@@ -42,7 +42,8 @@ from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
 # Of the number of pieces: by so many more strips are cut finer.
 STRIP_SHARE = 0.5
-# Scenes that are mostly empty are cut more finely, as long as no more pieces come of it.
+# Scenes that are mostly empty are cut more than four times as finely, as long as no more pieces
+# come of it.
 SPARSE_SURFELS = 16384
 # Of rays that leave rooms: fewer show no opening, so many show it well, and until there are as many
 # surfels trace theirs so many times.
