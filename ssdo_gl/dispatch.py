@@ -50,8 +50,7 @@ def carry_out(
     """
     options = command.run
     place = None if options.camera in (FIT, command.loading.camera) else options.camera
-    loading = command.loading.behind(given.get("background"))
-    scene = read_scene(command.scene, loading, quiet=options.quiet)
+    scene = read_scene(command.scene, command.loading, quiet=options.quiet)
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
     if "method" in given or (warm is None and settings.max_error is None):
         # Of several scenes, another one's method may use what this one's cannot; a bound on

@@ -30,6 +30,7 @@ from ssdo_gl.scene.numbers import check_number
 from ssdo_gl.scene.scene import Scene, check_scene
 from ssdo_gl.scene.scene_error import check_type
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.shared_scene import SharedScene
 
 
@@ -85,6 +86,8 @@ class FrameLoop:
         self._activate()
         self._shaders = shaders or ShaderLibrary(self.device.gl, computes=self.device.computes)
         self._owns_shared = shared is None
+        self._bare = scene, scene.without_ground()
+        scene = self._shown
         self._shared = shared or SharedScene(self.device.gl, scene)
         self._executor = Executor(self.device, self._shaders, self._shared.results)
         self._bands = DrawBands(self.device.gl)
@@ -219,10 +222,20 @@ class FrameLoop:
         except (KeyError, TypeError):  # TypeError: what has no hash is no name, either
             return self._checked.setdefault(asked, checked_images(asked))
 
+    @property
+    def _shown(self) -> Scene:
+        """What is drawn of the scene: no ground under a cut-out."""
+        if self.settings.background != TRANSPARENT:
+            return self.scene
+        if self._bare[0] is not self.scene:
+            self._bare = self.scene, self.scene.without_ground()
+        return self._bare[1]
+
     def _scene_at(self, seconds: float) -> Scene:
         """Return the scene at a time: the very same as last time while time stands still."""
-        if self._moved is None or self._moved[:2] != (self.scene, seconds):
-            self._moved = (self.scene, seconds, self._shared.at(self.scene, seconds))
+        scene = self._shown
+        if self._moved is None or self._moved[:2] != (scene, seconds):
+            self._moved = (scene, seconds, self._shared.at(scene, seconds))
         return self._moved[2]
 
     def _follow(self, scene: Scene) -> None:
@@ -236,7 +249,7 @@ class FrameLoop:
         """Return what a frame of the scene as it stands has to run."""
         moved = self._geometry_scene
         self._planned = self._planner.plan(
-            self.scene, moved, self.settings, names, view, is_live=is_live
+            self._shown, moved, self.settings, names, view, is_live=is_live
         )
         lean = self._planned.scene
         if lean is not self._lean:
@@ -246,7 +259,7 @@ class FrameLoop:
 
     def _light_versions(self, lean: Scene) -> dict[str, int]:
         """Return those of lights as they stand, and of lights wherever an animation moves them."""
-        sources = self._shared.light_versions(self.scene)["lights"]
+        sources = self._shared.light_versions(self._shown)["lights"]
         return {**self._shared.light_versions(lean), "light_sources": sources}
 
     def _view(self, camera: Camera) -> FrameView:

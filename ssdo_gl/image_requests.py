@@ -85,5 +85,5 @@ def asked_scene(
     of_file = {key: value for key, value in given.items() if key in describe(LoadOptions)}
     rest = {key: value for key, value in given.items() if key not in of_file}
     options = load_options({**of_file, "camera": name})
-    scene = load_scene(source, options.behind(given.get("background")))
+    scene = load_scene(source, options)
     return scene, place, settings_for(scene.render, rest)

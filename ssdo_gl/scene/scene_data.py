@@ -76,6 +76,11 @@ class SceneData:
         """Whether a ground was laid under it."""
         return any(item.is_ground for item in self.objects)
 
+    def without_ground(self) -> Self:
+        """Return the scene without a ground that was laid; itself if there is none."""
+        objects = tuple(item for item in self.objects if not item.is_ground)
+        return replace(self, objects=objects) if self.has_ground else self
+
     def two_sided(self) -> Self:
         """Return the scene with both sides of all surfaces drawn."""
         materials = tuple(replace(material, single_sided=False) for material in self.materials)

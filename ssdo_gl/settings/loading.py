@@ -12,7 +12,6 @@ from types import NoneType
 from typing import Any
 
 from ssdo_gl.settings import modes
-from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.settings.fields import (
     SettingError,
     check,
@@ -50,8 +49,8 @@ class LoadOptions:
     frames_all : bool
         Whether the whole scene is framed even if the file has a camera.
     is_bare : bool
-        Whether nothing is laid under a model whatever `ground` says: its picture is a cut-out, or
-        only what the file holds is asked for.
+        Whether nothing is laid under a model whatever `ground` says: only what the file holds is
+        asked for.
     """
 
     light: str = _look(
@@ -126,10 +125,6 @@ class LoadOptions:
     def replaces_light(self) -> bool:
         """Whether other light takes the place of lamps and sky of the file."""
         return self.light not in ("auto", "file")
-
-    def behind(self, background: str | None) -> LoadOptions:
-        """Return the choices for a picture with that background: nothing lies under a cut-out."""
-        return dataclasses.replace(self, is_bare=background == TRANSPARENT)
 
     def elsewhere(self, *, is_scene: bool) -> LoadOptions:
         """Return the choices for another file, or scene: of cameras it has its own, and an up."""

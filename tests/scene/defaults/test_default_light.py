@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,21 @@ def test_a_cut_out_stands_on_nothing(box: Path) -> None:
     image = ssdo_gl.render(str(box), size=(48, 27), background="transparent")
     assert image[-1, 0, 3] == 0.0
     assert ssdo_gl.render(str(box), size=(48, 27))[-1, 0, 3] == 1.0
+
+
+def test_the_ground_goes_and_comes_with_the_background(box: Path) -> None:
+    scene = load_scene(box, ground="auto")
+    settings = Settings(size=(48, 27), method="direct")
+    cut_out = dataclasses.replace(settings, background="transparent")
+    with Renderer(scene, cut_out) as renderer:
+        clear = renderer.render().images["beauty"]
+        renderer.use(settings)
+        shown = renderer.render().images["beauty"]
+        renderer.use(cut_out)
+        assert np.array_equal(renderer.render().images["beauty"], clear)
+    assert clear[-1, 0, 3] == 0.0 and shown[-1, 0, 3] == 1.0
+    bare = ssdo_gl.render(load_scene(box), size=(48, 27), method="direct", background="transparent")
+    assert np.array_equal(clear, bare)
 
 
 @pytest.mark.parametrize("light", ["auto", "studio"])

@@ -39,7 +39,6 @@ from ssdo_gl.scene.material_edits import (
 )
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import SceneError
-from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.settings.fields import SettingError, describe
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.wording import suggestion
@@ -79,8 +78,7 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
     """
     top.allow(*BASED_KEYS)
     render = read_render_settings(top.table("render"))
-    is_bare = options.is_bare or render.get("background") == TRANSPARENT
-    loading = dataclasses.replace(_loading(top, file, options), is_bare=is_bare)
+    loading = _loading(top, file, options)
     base = _base(top, file, loading)
     builder = SceneBuilder(top.source, options)
     changes: dict[str, Any] = {
@@ -147,7 +145,7 @@ def _loading(top: Table, file: Path | None, options: LoadOptions) -> LoadOptions
     given = options.given()
     if any(name in given for name in _LIGHT):
         given |= {name: getattr(options, name) for name in _LIGHT}
-    return dataclasses.replace(asked, **given)
+    return dataclasses.replace(asked, is_bare=options.is_bare, **given)
 
 
 def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:

@@ -152,13 +152,3 @@ def test_all_of_a_scene_is_framed_whatever_camera_it_has(tmp_path: Path) -> None
     assert camera == load_scene("corner").framed(None, 20.0, 0.0)
     loaded(tmp_path, text + 'projection = "orthographic"\n')
     assert load_scene(tmp_path / "mine.toml", camera="fit").camera.height is not None
-
-
-def test_nothing_lies_under_a_transparent_picture_of_a_base(tmp_path: Path) -> None:
-    model(tmp_path)
-    (tmp_path / "mine.toml").write_text('base = "model.obj"\n')
-    assert load_scene(tmp_path / "mine.toml", ground="auto").has_ground
-    (tmp_path / "clear.toml").write_text(
-        'base = "model.obj"\n[render]\nbackground = "transparent"\n'
-    )
-    assert not load_scene(tmp_path / "clear.toml", ground="auto").has_ground
