@@ -83,8 +83,8 @@ def _part(mesh: Any, matrices: FloatArray) -> Part:
     if visual.kind == "texture" and visual.material is not None:
         material = _material(visual.material)
         if visual.uv is not None:
-            # Its v grows upwards.
-            uvs = np.asarray(visual.uv, dtype=np.float64) * (1.0, -1.0) + (0.0, 1.0)
+            # Its v grows upwards; a third would be of a volume.
+            uvs = np.asarray(visual.uv, dtype=np.float64)[:, :2] * (1.0, -1.0) + (0.0, 1.0)
     elif visual.kind == "vertex":
         colors, material = np.asarray(visual.vertex_colors), _WHITE
     elif visual.kind == "face":

@@ -69,3 +69,10 @@ def test_what_has_no_triangles_beside_others_is_named():
 def test_what_has_no_triangles_is_refused():
     with pytest.raises(SceneError, match="the PointCloud of trimesh holds no triangles"):
         Scene.from_trimesh(trimesh.PointCloud([[0, 0, 0]]))
+
+
+def test_of_three_texture_coordinates_two_are_of_an_image():
+    box = trimesh.creation.box()
+    box.visual = trimesh.visual.TextureVisuals(uv=np.full((8, 3), 0.25))
+    (mesh,) = Scene.from_trimesh(box).meshes
+    assert mesh.uvs.shape[1] == 2 and np.ptp(mesh.uvs, axis=0).tolist() == [0.0, 0.0]
