@@ -1,14 +1,13 @@
 #version 330 core
 // What the surface cache holds for the surfaces in view: a short ray finds them again.
-// Defines: CACHED_STRIDE: pixels of the frame, each way, for one of this image; as in
-// rays/surface_data.glsl.
+// Defines: as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"
 
 layout(location = 0) out vec4 o_irradiance;
 
 void main()
 {
-    ivec2 texel = CACHED_STRIDE * ivec2(gl_FragCoord.xy);
+    ivec2 texel = ivec2(gl_FragCoord.xy);
     vec3 irradiance = vec3(0.0);
     float z = gbuffer_z_vs(texel);
     if (z > 0.0) {

@@ -114,8 +114,6 @@ class CachedIrradiancePass(RenderPass):
     """Writes `cached_irradiance`: what surfaces in view receive, all light."""
 
     name = "cached_irradiance"
-    is_gradual = True
-    lags = False
     writes: Mapping[str, TextureSpec] = {"cached_irradiance": TextureSpec(4, "f4", own=True)}
 
     def __init__(self, features: RayFeatures, *, is_steady: bool) -> None:
@@ -125,14 +123,11 @@ class CachedIrradiancePass(RenderPass):
         self.depends_on = ("steady_view" if is_steady else "view", "geometry")
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Look up every pixel's piece of surface, or one of four pixels while the view moves."""
-        stride = 2 if context.frame.moves else 1
-        made = make_texture(context.gl, tile_count(context.frame.view.size, stride), 4, "f4")
+        """Look up every pixel's piece of surface."""
+        made = make_texture(context.gl, context.frame.view.size, 4, "f4")
         defines, uniforms = ray_defines(context, self.features), ray_uniforms(context)
-        defines = {**defines, "CACHED_STRIDE": stride}
         textures = textures_of(context, self.reads)
         fill(context, [made], "effects/cached_irradiance.frag", defines, uniforms, textures)
-        self.is_settled = stride == 1
         return {self.name: made}
 
 

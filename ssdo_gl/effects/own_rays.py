@@ -237,7 +237,7 @@ class OwnRaysPass(RenderPass):
             **ray_uniforms(context),
             **environment_uniforms(frame),
             "u_radius_ns": radius_ns(self.settings.radius, context),
-            "u_stream": stream_of(seed + (frame.moves << 32), 0),
+            "u_stream": stream_of(seed, 0),
             **self._counts(context, rays),
             "u_sky": mean_radiance(frame.scene.environment),
         }
