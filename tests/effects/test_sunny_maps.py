@@ -103,13 +103,6 @@ def test_another_image_than_that_of_a_base_brings_its_own(folder: Path) -> None:
     assert suns(scene) == suns(load_scene(folder / "scene.toml"))
 
 
-def test_a_sky_in_place_of_a_bases_light_adds_no_sun(folder: Path) -> None:
-    (folder / "dull.toml").write_text(text.constant_sky(1, 1, 1) + BODIES)
-    day = text.table("environment", kind="sky", hour=12)
-    (folder / "day.toml").write_text('base = "dull.toml"\n' + day)
-    assert suns(load_scene(folder / "day.toml")) == []
-
-
 @pytest.fixture
 def studio(tmp_path: Path) -> Scene:
     """Return a box before a wall, under a lamp of an image that is too wide for a light."""
