@@ -14,11 +14,12 @@ def decode(bvh: Bvh) -> tuple[dict[int, NDArray[np.float64]], int]:
     Asserts on the way that every child lies inside its quantised box and that no record
     is reached twice.
     """
+    records = bvh.records()
     found: dict[int, NDArray[np.float64]] = {}
     seen = {0}
 
     def bounds(record: int, is_leaf: bool, level: int) -> tuple[NDArray[np.float64], int]:
-        words = bvh.records[record]
+        words = records[record]
         if is_leaf:
             vertices = words[:12].view(np.float32).astype(np.float64).reshape(4, 3)
             found[record] = vertices
@@ -43,22 +44,23 @@ def decode(bvh: Bvh) -> tuple[dict[int, NDArray[np.float64]], int]:
         merged = np.stack([np.min([b[0] for b in boxes], 0), np.max([b[1] for b in boxes], 0)])
         return merged, max(depths)
 
-    if bvh.records[0, 3] >> 28 == 0:
+    if records[0, 3] >> 28 == 0:
         return found, 1
     _, depth = bounds(0, False, 0)
-    unused = sorted(set(range(len(bvh.records))) - seen)
-    assert not bvh.records[unused].any()
+    unused = sorted(set(range(len(records))) - seen)
+    assert not records[unused].any()
     return found, depth
 
 
 def check_hierarchy(bvh: Bvh, triangle_count: int) -> None:
     """Assert that boxes hold their children, and that every triangle is there once, as it is."""
     vertices, depth = decode(bvh)
+    numbers = bvh.records()[:, 12]
     assert depth == bvh.depth
     used = bvh.primitive_triangles[bvh.primitive_triangles >= 0]
     assert sorted(used) == list(range(triangle_count))
     for record, found in vertices.items():
-        number = bvh.records[record, 12]
+        number = numbers[record]
         for second, columns in enumerate(([0, 1, 2], [0, 2, 3])):
             triangle = bvh.primitive_triangles[number, second]
             if triangle < 0:

@@ -29,7 +29,7 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.scene_error import SceneError
 
 WIDTH = 4
-RECORD_WORDS = 16
+RECORD_WORDS, NODE_WORDS = 16, 11
 # A waiting entry of the traversal is one 32-bit word, 22 bits of which name the group of
 # four records that siblings take, a sixth of them unused.
 MAX_RECORDS = WIDTH << 22
@@ -50,38 +50,55 @@ class Bvh:
 
     Attributes
     ----------
-    records : ndarray, shape (R, 16), uint32
-        Record 0 is the root. Words of a node: 0-2 = origin x, y, z (float32 bits);
+    nodes : ndarray, shape (N, 11), uint32
+        Root first. Words 0-2 = origin x, y, z (float32 bits);
         3 = exponents of x, y, z (biased by 127, 8 bits each) and in the top byte the
         number of inner children (low 4 bits) and of all children; 4-9 = low x, y, z and
         high x, y, z of the four children, one byte each, in units of 2^exponent from
         the origin; 10 = record of the first child, a multiple of four; the others follow
-        it, inner ones first. Words of a primitive: 0-11 = vertices v0 to v3 (float32 bits,
-        normalised frame) of triangles (v0, v1, v2) and (v0, v2, v3), a single triangle
-        repeats v2 as v3, which no ray hits; 12 = number of the primitive. Other words are 0, and so
-        are records that no child takes.
+        it, inner ones first.
+    node_records, primitive_records : ndarray, shape (N,) and (P,), int32
+        Which records they are, of `record_count`.
     primitive_triangles : ndarray, shape (P, 2), int32
         Index into `triangles`, -1 where there is no second one.
     primitive_corners : ndarray, shape (P, 2, 3), int8
         Corner of the source triangle that each vertex of (v0, v1, v2), (v0, v2, v3) is.
-    node_records : ndarray, shape (N,), int64
-        The records that are nodes, root first.
     depth : int
         Levels of nodes, >= 1: as many entries can wait in a depth-first traversal,
         because the children of one node that wait share an entry.
     """
 
     triangles: SceneTriangles
-    records: NDArray[np.uint32]
+    nodes: NDArray[np.uint32]
+    node_records: NDArray[np.int32]
+    primitive_records: NDArray[np.int32]
     primitive_triangles: NDArray[np.int32]
     primitive_corners: NDArray[np.int8]
-    node_records: IntArray
+    record_count: int
     depth: int
+
+    def records(self) -> NDArray[np.uint32]:
+        """Make the records, (record_count, 16), which a texture holds then.
+
+        Record 0 is the root. Words 0 to 10 of a node are as in `nodes`. Words of a primitive:
+        0-11 = vertices v0 to v3 (float32 bits, normalised frame) of triangles (v0, v1, v2) and
+        (v0, v2, v3), a single triangle repeats v2 as v3, which no ray hits; 12 = its number. All
+        others are 0.
+        """
+        triangles, corners = self.primitive_triangles, self.primitive_corners
+        pairs = Pairs(triangles.astype(np.int64), corners.astype(np.int64))
+        vertices = pair_vertices(self.triangles.positions, pairs)
+        count = len(vertices)
+        records = np.zeros((self.record_count, RECORD_WORDS), dtype=np.uint32)
+        records[self.node_records, :NODE_WORDS] = self.nodes
+        records[self.primitive_records, :12] = vertices.reshape(count, 12).view(np.uint32)
+        records[self.primitive_records, 12] = np.arange(count)
+        return records
 
     @cached_property
     def root(self) -> NDArray[np.uint32]:
         """The first three texels of the root, (3, 4), read-only."""
-        root = self.records[0, :12].reshape(3, 4).copy()
+        root = np.append(self.nodes[0], np.uint32(0)).reshape(3, 4)
         root.flags.writeable = False
         return root
 
@@ -119,31 +136,54 @@ def build_from_triangles(triangles: SceneTriangles, report: Report = ignored) ->
     """Build the hierarchy over triangles that are already in the normalised frame."""
     if triangles.count == 0:
         # A root without children, which no ray leaves with a hit.
-        root = np.zeros((1, RECORD_WORDS), dtype=np.uint32)
+        root, place = np.zeros((1, NODE_WORDS), dtype=np.uint32), np.zeros(1, dtype=np.int32)
         none, corners = np.empty((0, 2), dtype=np.int32), np.empty((0, 2, 3), dtype=np.int8)
-        return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
+        return Bvh(triangles, root, place, place[:0], none, corners, 1, 1)
     pairs = pair_triangles(triangles.positions, triangles.vertices)
     vertices = pair_vertices(triangles.positions, pairs)
     report(0.4)
     tree = build_binary(
         vertices.min(axis=1), vertices.max(axis=1), lambda share: report(0.4 + 0.5 * share)
     )
-    return _packed(triangles, pairs, vertices, tree)
+    return _packed(triangles, pairs, tree)
 
 
-def _packed(
-    triangles: SceneTriangles, pairs: Pairs, vertices: NDArray[np.float32], tree: BinaryTree
-) -> Bvh:
-    records, order, levels = _widen(tree, vertices)
-    if max(len(records), 2 * len(order)) > MAX_RECORDS:
+def _packed(triangles: SceneTriangles, pairs: Pairs, tree: BinaryTree) -> Bvh:
+    """Collapse a binary tree into nodes of up to four children, breadth first."""
+    cuts = best_cuts(tree, WIDTH)
+    nodes, node_records, primitives, primitive_records = ([] for _ in range(4))
+    level, places = np.array([0]), np.array([0])
+    used, depth = WIDTH, 0
+    while len(level):
+        node_records.append(places)
+        depth += 1
+        inner_nodes, inner_places = [], []
+        for span in spans(len(level)):
+            children, inner, total = _children(tree, cuts, level[span])
+            firsts = used + WIDTH * np.arange(len(children))
+            nodes.append(_pack(tree, level[span], children, inner, total, firsts))
+            used += WIDTH * len(children)
+            is_child = children >= 0
+            flat = children[is_child]
+            flat_places = (firsts[:, None] + np.arange(WIDTH))[is_child]
+            is_leaf = tree.left[flat] < 0
+            primitives.append(tree.primitive[flat[is_leaf]])
+            primitive_records.append(flat_places[is_leaf])
+            inner_nodes.append(flat[~is_leaf])
+            inner_places.append(flat_places[~is_leaf])
+        level, places = np.concatenate(inner_nodes), np.concatenate(inner_places)
+    order = np.concatenate(primitives)
+    if max(used, 2 * len(order)) > MAX_RECORDS:
         raise _too_many(triangles.count)
     return Bvh(
         triangles,
-        records,
+        np.concatenate(nodes),
+        np.concatenate(node_records).astype(np.int32),
+        np.concatenate(primitive_records).astype(np.int32),
         pairs.triangles[order].astype(np.int32),
         pairs.corners[order].astype(np.int8),
-        np.concatenate(levels),
-        len(levels),
+        used,
+        depth,
     )
 
 
@@ -168,46 +208,6 @@ def cached_bvh(scene: Scene, report: Report = ignored) -> Bvh:
     while len(_cache) > CACHE_SIZE:
         _cache.popitem(last=False)
     return bvh
-
-
-def _widen(
-    tree: BinaryTree, vertices: NDArray[np.float32]
-) -> tuple[NDArray[np.uint32], IntArray, list[IntArray]]:
-    """Collapse a binary tree into nodes of up to four children, breadth first.
-
-    Returns the records, the primitives in the order of their numbers, and which records
-    are the nodes of each level.
-    """
-    cuts = best_cuts(tree, WIDTH)
-    primitives = np.ascontiguousarray(vertices).view(np.uint32).reshape(len(vertices), -1)
-    # The root, and four for each node, of which there are fewer than leaves: memory that
-    # is not written to is not taken.
-    records = np.zeros((WIDTH * (len(vertices) + 1), RECORD_WORDS), dtype=np.uint32)
-    orders: list[IntArray] = []
-    levels: list[IntArray] = []
-    level, places = np.array([0]), np.array([0])
-    used, primitive_count = WIDTH, 0
-    while len(level):
-        levels.append(places)
-        inner_nodes, inner_places = [], []
-        for span in spans(len(level)):
-            children, inner, total = _children(tree, cuts, level[span])
-            firsts = used + WIDTH * np.arange(len(children))
-            records[places[span], :11] = _pack(tree, level[span], children, inner, total, firsts)
-            used += WIDTH * len(children)
-            is_child = children >= 0
-            flat = children[is_child]
-            flat_places = (firsts[:, None] + np.arange(WIDTH))[is_child]
-            is_leaf = tree.left[flat] < 0
-            leaves = tree.primitive[flat[is_leaf]]
-            records[flat_places[is_leaf], :12] = primitives[leaves]
-            records[flat_places[is_leaf], 12] = primitive_count + np.arange(len(leaves))
-            orders.append(leaves)
-            primitive_count += len(leaves)
-            inner_nodes.append(flat[~is_leaf])
-            inner_places.append(flat_places[~is_leaf])
-        level, places = np.concatenate(inner_nodes), np.concatenate(inner_places)
-    return records[:used], np.concatenate(orders), levels
 
 
 def _children(
@@ -246,7 +246,7 @@ def _pack(
     high_byte = np.clip(np.ceil(relative_high / step), 0, 255).astype(np.uint32)
     shift = (8 * np.arange(WIDTH, dtype=np.uint32))[None, :, None]
     biased = (exponent + 127).astype(np.uint32)
-    words = np.empty((len(level), 11), dtype=np.uint32)
+    words = np.empty((len(level), NODE_WORDS), dtype=np.uint32)
     words[:, 0:3] = origin.view(np.uint32)
     counts = (inner | total << 4).astype(np.uint32)
     words[:, 3] = biased[:, 0] | biased[:, 1] << 8 | biased[:, 2] << 16 | counts << 24

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ssdo_gl.math3d import IntArray
 from ssdo_gl.raytracing.content_digest import content_key
@@ -37,8 +36,8 @@ def has_moving_bodies(scene: Scene) -> bool:
 
 def hierarchy_of_bodies(
     scene: Scene, triangles: SceneTriangles, report: Report = ignored
-) -> tuple[Pairs, NDArray[np.float32], BinaryTree] | None:
-    """Return pairs, their vertices (P, 4, 3) and the hierarchy of what stands and what moves.
+) -> tuple[Pairs, BinaryTree] | None:
+    """Return pairs and the hierarchy of what stands and what moves.
 
     While bodies move, boxes of their trees change and the few nodes above these, which takes a
     third of the time. What is returned depends on the scene alone, not on what was built before.
@@ -80,7 +79,7 @@ def hierarchy_of_bodies(
         np.concatenate([one.corners for one in pairs]),
     )
     vertices = pair_vertices(triangles.positions, joined)
-    return joined, vertices, joined_trees(trees, vertices.min(axis=1), vertices.max(axis=1))
+    return joined, joined_trees(trees, vertices.min(axis=1), vertices.max(axis=1))
 
 
 def joined_trees(trees: Sequence[BinaryTree], low: BoxArray, high: BoxArray) -> BinaryTree:

@@ -119,7 +119,7 @@ def test_a_scene_of_degenerate_triangles_only_has_an_empty_root() -> None:
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2]]))
     bvh = build_bvh(scene_of(mesh))
     assert len(bvh.primitive_triangles) == 0
-    assert not bvh.records.any()
+    assert not bvh.records().any()
 
 
 def test_many_triangles_in_one_place_are_split_by_count() -> None:
@@ -209,13 +209,13 @@ def test_instances_carry_normals_and_mirrored_ones_their_winding() -> None:
 
 @pytest.mark.parametrize(("has_image", "most"), [(False, 75), (True, 100)])
 def test_little_is_kept_of_a_triangle(has_image, most) -> None:
-    """Bytes beside the records: hierarchies stay for as long as their scenes are shown."""
+    """Bytes beside the nodes: hierarchies stay for as long as their scenes are shown."""
     texture = Texture(np.zeros((1, 1, 4), dtype=np.uint8)) if has_image else None
     scene = scene_of(sphere(40))
     bvh = build_bvh(dataclasses.replace(scene, materials=(Material(albedo_texture=texture),)))
     held = [*vars(bvh.triangles).values(), *vars(bvh).values()]
     arrays = [value for value in held if isinstance(value, np.ndarray)]
-    taken = sum(array.nbytes for array in arrays if 0 not in array.strides) - bvh.records.nbytes
+    taken = sum(array.nbytes for array in arrays if 0 not in array.strides) - bvh.nodes.nbytes
     assert 50 * bvh.triangles.count < taken < most * bvh.triangles.count
 
 

@@ -37,7 +37,8 @@ def bvh_of(mesh: Mesh) -> Bvh:
 
 def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str, Any]:
     """Return defines, textures and uniforms of rays/bvh.glsl for `evaluate`."""
-    table = record_texture(gl, len(bvh.records), "u4", lambda span: bvh.records[span])
+    records = bvh.records()
+    table = record_texture(gl, len(records), "u4", lambda span: records[span])
     return {
         "defines": {
             "BVH_LEVELS": bvh.depth,
@@ -55,7 +56,7 @@ def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str,
         },
         "textures": {"t_bvh": table},
         "uniforms": {
-            "u_bvh_root": bvh.records[0, :12].reshape(3, 4),
+            "u_bvh_root": bvh.root,
         },
     }
 
@@ -262,7 +263,8 @@ def test_the_leak_test_finds_a_hole(gl, shaders) -> None:
 def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_software) -> None:
     """A gibibyte of records, of which the first and the last ones are in use."""
     bvh = bvh_of(soup(400, 4, 0.15))
-    records, offset = bvh.records.copy(), MAX_RECORDS - len(bvh.records)
+    records = bvh.records()
+    offset = MAX_RECORDS - len(records)
     records[bvh.node_records, 10] += offset
 
     def part(span: slice) -> NDArray[np.uint32]:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ssdo_gl.graph.render_pass import PassContext, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays.ray_libraries import record_texture
@@ -37,15 +34,7 @@ class BvhUploadPass(RenderPass):
         else:
             bvh = cached_bvh(scene, lambda share: progress("hierarchy", int(100 * share), 100))
             progress("hierarchy", 100, 100)
-        # A node never has a primitive's number: its words from 11 on are zero.
-        is_primitive = np.ones(len(bvh.records), dtype=bool)
-        is_primitive[bvh.node_records] = False
-        words = material_words(bvh, scene)
-
-        def part(span: slice) -> NDArray[np.uint32]:
-            records, chosen = bvh.records[span].copy(), is_primitive[span]
-            records[chosen, 13:15] = words[records[chosen, 12]]
-            return records
-
-        texture = record_texture(context.gl, len(bvh.records), "u4", part)
+        records = bvh.records()
+        records[bvh.primitive_records, 13:15] = material_words(bvh, scene)
+        texture = record_texture(context.gl, len(records), "u4", lambda span: records[span])
         return {"bvh": TextureWithFacts(texture, bvh)}
