@@ -20,6 +20,7 @@ from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import checked_camera, checked_images
 from ssdo_gl.images.average import jitter
+from ssdo_gl.last_made import LastMade
 from ssdo_gl.options.resolve import resolved, with_scene_settings
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.pipeline import Pipeline
@@ -86,7 +87,7 @@ class FrameLoop:
         self._activate()
         self._shaders = shaders or ShaderLibrary(self.device.gl, computes=self.device.computes)
         self._owns_shared = shared is None
-        self._bare = scene, scene.without_ground()
+        self._bare: LastMade[Scene] = LastMade()
         scene = self._shown
         self._shared = shared or SharedScene(self.device.gl, scene)
         self._executor = Executor(self.device, self._shaders, self._shared.results)
@@ -227,9 +228,7 @@ class FrameLoop:
         """What is drawn of the scene: no ground under a cut-out."""
         if self.settings.background != TRANSPARENT:
             return self.scene
-        if self._bare[0] is not self.scene:
-            self._bare = self.scene, self.scene.without_ground()
-        return self._bare[1]
+        return self._bare.get((self.scene,), self.scene.without_ground)
 
     def _scene_at(self, seconds: float) -> Scene:
         """Return the scene at a time: the very same as last time while time stands still."""
