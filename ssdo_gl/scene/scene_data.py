@@ -81,11 +81,6 @@ class SceneData:
         objects = tuple(item for item in self.objects if not item.is_ground)
         return replace(self, objects=objects) if self.has_ground else self
 
-    def two_sided(self) -> Self:
-        """Return the scene with both sides of all surfaces drawn."""
-        materials = tuple(replace(material, single_sided=False) for material in self.materials)
-        return replace(self, materials=materials)
-
     def surfaces(self, *, has_ground: bool = True) -> Surfaces:
         """Return all surfaces of it, or all but a ground."""
         objects = [item for item in self.objects if has_ground or not item.is_ground]
