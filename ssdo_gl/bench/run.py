@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,8 @@ from ssdo_gl.bench.storage import (
     MARKER,
     ROUNDS,
     BenchError,
-    claim_folder,
+    claimed_folder,
+    holds_bench,
     read_json,
     replace_json,
 )
@@ -151,9 +152,9 @@ def run_bench(
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
     plan, points = plan or (QUICK if quick else FULL), points_of_bench(quick)
-    claim_folder(outdir)
-    device = create_context(backend)
-    try:
+    with claimed_folder(outdir), ExitStack() as last:
+        device = create_context(backend)
+        last.callback(device.release)
         with stage_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
@@ -163,13 +164,13 @@ def run_bench(
             try:
                 bench = run.measure(scene_source, machine)
             except KeyboardInterrupt:
+                if not holds_bench(outdir):
+                    raise
                 raise KeyboardInterrupt(
                     f"interrupted; {outdir} keeps what was measured, and the same command goes on"
                 ) from None
             progress.say("writing tables, plots and report ...")
             report.write_report(bench, outdir)
-    finally:
-        device.release()
     if not quiet:
         report.print_outcome(bench, outdir, Console(highlight=False, soft_wrap=True))
     return bench

@@ -10,7 +10,8 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,33 @@ def claim_folder(folder: Path) -> None:
         )
     if not is_ours:
         replace_json(marker, {})
+
+
+@contextmanager
+def claimed_folder(folder: Path) -> Iterator[None]:
+    """Claim `folder` for a bench, which leaves it as it was if it ends with nothing to keep.
+
+    Raises
+    ------
+    BenchError
+        As `claim_folder` does.
+    """
+    was_there = folder.exists()
+    claim_folder(folder)
+    try:
+        yield
+    except BaseException:
+        if not holds_bench(folder):
+            (folder / MARKER).unlink(missing_ok=True)
+            with suppress(OSError):  # it holds something of the user's
+                if not was_there:
+                    folder.rmdir()
+        raise
+
+
+def holds_bench(folder: Path) -> bool:
+    """Return whether a bench's folder has anything of it besides the marker."""
+    return any((folder / name).exists() for name in BENCH_FILES)
 
 
 def read_json(path: Path) -> Any:

@@ -14,8 +14,10 @@ import pytest
 from ssdo_gl.bench import presets
 from ssdo_gl.bench import run as bench
 from ssdo_gl.bench.bench_data import Bench
+from ssdo_gl.bench.estimators import estimator_table
 from ssdo_gl.bench.measure import read_grid
 from ssdo_gl.bench.run import BenchPlan, run_bench
+from ssdo_gl.bench.storage import ROUNDS, append_line
 from ssdo_gl.cli import main
 from ssdo_gl.options.idle import idle_in_pictures
 from ssdo_gl.settings import Settings
@@ -107,13 +109,34 @@ def check_commands(found: Bench, tmp_path) -> None:
 
 
 def test_ctrl_c_says_that_the_bench_can_go_on(tmp_path, monkeypatch, capsys):
-    def pressed(*arguments):
+    def pressed(run, *arguments):
+        append_line(run.outdir / ROUNDS, "a,1")
         raise KeyboardInterrupt
 
     monkeypatch.setattr(bench.BenchRun, "measure", pressed)
     out = tmp_path / "out"
     assert main(["corner", "--bench", str(out), "--quiet"]) == 130
     assert f"{out} keeps what was measured" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("flags", [[], ["--estimators"]])
+@pytest.mark.parametrize("names", [["out"], ["out", "mine.txt"]])
+def test_ctrl_c_before_anything_is_measured_leaves_nothing(
+    tmp_path, monkeypatch, capsys, flags, names
+):
+    def pressed(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench, "describe_machine", pressed)
+    monkeypatch.setattr(estimator_table, "write", pressed)
+    out = tmp_path.joinpath(*names[:1])
+    for name in names[1:]:
+        out.mkdir()
+        (out / name).write_text("of the user")
+    before = sorted(tmp_path.rglob("*"))
+    assert main(["corner", "--bench", str(out), "--quiet", *flags]) == 130
+    assert sorted(tmp_path.rglob("*")) == before
+    assert "keeps" not in capsys.readouterr().err
 
 
 def refused(capsys, arguments: list[str]) -> str:

@@ -16,6 +16,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,7 @@ from ssdo_gl.bench.statistics import (
     rmse_replicas,
     whole,
 )
-from ssdo_gl.bench.storage import BenchError, claim_folder, csv_bytes, replace_file
+from ssdo_gl.bench.storage import BenchError, claimed_folder, csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.progress import StageProgress, stage_progress
 from ssdo_gl.scene.camera import Camera
@@ -257,15 +258,13 @@ def run_estimators(
         pixels = ", ".join(f"{radius:g}" for radius in RADII_PX)
         raise BenchError(f"--radius has no effect with --estimators: radii are {pixels} pixels")
     check_libraries()
-    claim_folder(outdir)
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
-    device = create_context(backend)
-    try:
-        with stage_progress(quiet=quiet) as progress:
-            plan = QUICK if quick else TablePlan()
-            write(outdir, {scene_source: (scene, settings)}, plan, device, progress, scheduler)
-    finally:
-        device.release()
+    with claimed_folder(outdir), ExitStack() as last:
+        device = create_context(backend)
+        last.callback(device.release)
+        progress = last.enter_context(stage_progress(quiet=quiet))
+        plan = QUICK if quick else TablePlan()
+        write(outdir, {scene_source: (scene, settings)}, plan, device, progress, scheduler)
     if not quiet:
         print((outdir / "estimators.md").read_text(encoding="utf-8"))
