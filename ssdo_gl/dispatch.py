@@ -56,7 +56,7 @@ def carry_out(
         # Of several scenes, another one's method may use what this one's cannot; a bound on
         # the error may choose another method.
         check_flags_used(command, settings, wanted, is_scene_read=True)
-    camera = chosen_camera(scene, place, options.projection)
+    camera = chosen_camera(scene, place, options.projection, options.time)
     if options.bench is not None:
         from ssdo_gl.bench.estimators import run_estimators
         from ssdo_gl.bench.run import run_bench

@@ -8,6 +8,7 @@ from typing import Any
 
 from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.options.pass_settings import overrides_from_table
+from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
@@ -50,17 +51,25 @@ def camera_from_text(text: str) -> tuple[Vector, Vector, float | None]:
     return vector(numbers[0]), vector(numbers[1]), third
 
 
-def chosen_camera(scene: Scene, text: str | None, projection: str | None) -> Camera | None:
-    """Return the camera of ``--camera`` and ``--projection``; None if neither is given.
+def chosen_camera(
+    scene: Scene, text: str | None, projection: str | None, seconds: float = 0.0
+) -> Camera | None:
+    """Return the camera of ``--camera`` and ``--projection``; None if the scene's own will do.
+
+    One that was chosen to hold all of the scene holds it as it stands at `seconds`.
 
     Raises
     ------
     SettingError
     """
-    if text is None and projection is None:
-        return None
     camera = scene.camera
     is_parallel = camera.height is not None
+    if text is None and scene.is_framed and scene.moves and seconds != 0.0:
+        scene = scene_at(scene.without_ground(), seconds)
+        camera = scene.framed(None, camera.fov_y, camera.exposure)
+        projection = projection or PROJECTIONS[is_parallel]
+    if text is None and projection is None:
+        return None
     if projection is not None:
         is_parallel = projection != PROJECTIONS[0]
     if text is None:

@@ -15,6 +15,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, values
@@ -120,6 +121,19 @@ def test_what_the_program_has_framed_stays_whole_between_parallel_rays():
     """6 high, seen from the front: as high as the frame, but for the usual margin."""
     camera = chosen_camera(scene_seen_by(FRONT, is_framed=True), None, "ortho")
     assert camera.height == pytest.approx(6.0 * 1.06)
+
+
+@pytest.mark.parametrize("projection", [None, "ortho"])
+@pytest.mark.parametrize("is_framed", [True, False])
+def test_what_moves_is_framed_where_it_stands_at_the_time(is_framed, projection):
+    scene = scene_seen_by(FRONT, is_framed=is_framed)
+    away = dataclasses.replace(scene.objects[0], motion=Motion(sway=(100.0, 0.0, 0.0)))
+    camera = chosen_camera(dataclasses.replace(scene, objects=(away,)), None, projection, 1.0)
+    if not is_framed and projection is None:
+        assert camera is None
+    else:
+        assert camera.target[0] == pytest.approx(100.0 if is_framed else 0.0, abs=1.0)
+        assert (camera.height is None) == (projection is None)
 
 
 def test_parallel_rays_seen_through_a_pinhole_keep_the_size_of_the_target():
