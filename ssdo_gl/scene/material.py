@@ -13,6 +13,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.numbers import hold_numbers, light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.settings import MAX_SIZE_PX
@@ -232,6 +233,15 @@ class Material:
     def is_metal(self) -> bool:
         """Whether any of it is metal."""
         return self.metallic > 0.0 and not self.is_unlit
+
+    @property
+    def mean_albedo(self) -> float:
+        """Base colour, by the mean of its channels and about that of its texture."""
+        texture = self.albedo_texture
+        means = np.ones(3) if texture is None else np.array(texture.means[:3])
+        if texture is not None and texture.pixels.dtype == np.uint8:
+            means = linear_from_srgb(means)
+        return float(np.mean(self.albedo * means))
 
     @property
     def mean_metallic(self) -> float:

@@ -77,7 +77,8 @@ def lighting_for(
         glow rather than to light.
     """
     exposure = exposure_for(surfaces, lights)
-    radiance, weight = _seen(surfaces, lights, camera)
+    received, glow, weight, owner = _seen(surfaces, lights, camera)
+    radiance = received + glow
     most = _MAX_LAMP_EV if has_lamps else _MAX_GLOW_EV
     if not weight.sum() > 0.0:  # nothing, or all of it edge-on
         return Lighting(min(exposure, most), "none")
@@ -86,7 +87,11 @@ def lighting_for(
     lit = radiance > 0.0
     level = _percentile(radiance[lit], weight[lit], _PERCENTILE) if lit.any() else 0.0
     final = min(exposure, most, highest)
-    is_lit = lit & (radiance >= max(_DARK_SHARE * level, _BLACK_RADIANCE * 2.0**-final))
+    least = max(_DARK_SHARE * level, _BLACK_RADIANCE * 2.0**-final)
+    # What glows by less than light on it would bring looks dull, and flat.
+    albedo = np.array([surfaces.material(item).mean_albedo for item in surfaces.objects])
+    shines = glow * 2.0**final >= _TARGET_RADIANCE / _GREY * albedo[owner]
+    is_lit = (radiance >= least) & (shines | (received >= least))
     coverage = float(weight[is_lit].sum() / weight.sum())
     # A glow next to nothing, where it is all there is, shows nothing.
     is_black = level * 2.0 ** min(exposure, most) < _TARGET_RADIANCE * 2.0**-_MAX_LAMP_EV
@@ -157,8 +162,8 @@ def _samples_in_view(surfaces: Surfaces, camera: Camera) -> _Samples:
 
 def _seen(
     surfaces: Surfaces, lights: Sequence[Light], camera: Camera
-) -> tuple[FloatArray, FloatArray]:
-    """Return radiance and solid angle of points that the camera may see."""
+) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64]]:
+    """Return what points reflect and emit that the camera may see, solid angles and objects."""
     samples = _samples_in_view(surfaces, camera)
     total = np.zeros(len(samples.points))
     for light in lights if len(total) else ():
@@ -171,7 +176,8 @@ def _seen(
             glow[chosen] = emitted_radiance(
                 surfaces.mesh(item), surfaces.material(item), part.triangle, part.corner_weights
             ).mean(axis=1)
-    return total * (_GREY / np.pi) + np.minimum(glow, _BRIGHTEST_RADIANCE), samples.weight
+    glow = np.minimum(glow, _BRIGHTEST_RADIANCE)
+    return total * (_GREY / np.pi), glow, samples.weight, samples.owner
 
 
 def _percentile(values: FloatArray, weight: FloatArray, percent: float) -> float:

@@ -65,6 +65,17 @@ def test_a_few_glowing_texels_are_no_light(glb: GlbWriter, tmp_path: Path) -> No
     assert load_scene(path, light="file").environment is None
 
 
+@pytest.mark.parametrize(
+    ("glow", "base", "is_added"), [(0.11, 1, True), (0.11, 0, False), (1, 1, False)]
+)
+def test_what_glows_by_less_than_light_on_it_would_bring_is_no_light(
+    glb: GlbWriter, tmp_path: Path, glow: float, base: float, is_added: bool
+) -> None:
+    path = saved(glb, tmp_path, emissiveFactor=[glow] * 3)
+    glb.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = [base] * 3 + [1]
+    assert (load_scene(glb.save(path)).environment is not None) is is_added
+
+
 def test_a_sun_keeps_its_place_and_gets_a_dim_grey_sky(glb: GlbWriter, tmp_path: Path) -> None:
     path = saved(glb, tmp_path, SUN)
     scene = load_scene(path)
