@@ -22,6 +22,8 @@ _GAP = 0.2
 # Strays are farther from the main part than it is large, and have no more than this share
 # of the area of all.
 _STRAY_DISTANCE, _STRAY_AREA = 1.0, 0.01
+# Where all is more than this many times as large as the main part, that would be less than a pixel.
+_SPECK_RATIO = 1000.0
 # What the main part stands on or in is this many times as large, in at most so many pieces;
 # the main part has the triangles of a box at least.
 _BACKDROP_RATIO, _MAX_BACKDROPS, _FEWEST_TRIANGLES = 6.0, 8, 12
@@ -66,7 +68,7 @@ class MainPart:
     low, high : ndarray, shape (3,)
         World space.
     stray_count : int
-        Triangles of small things far away.
+        Triangles of small things far away, and of those so far that nothing would be seen.
     stands_on, stands_in : bool
         Whether a far larger ground, or a dome, is left out.
     """
@@ -218,7 +220,9 @@ def _without_strays(pieces: _Pieces, chosen: NDArray[np.bool_]) -> NDArray[np.bo
             break
         is_main = grown
     left_out = pieces.area[chosen & ~is_main].sum()
-    return is_main if left_out <= _STRAY_AREA * pieces.area[chosen].sum() else chosen
+    of_main, of_all = (float(np.ptp(pieces.box(part), axis=0).max()) for part in (is_main, chosen))
+    is_speck = of_all > _SPECK_RATIO * of_main
+    return is_main if is_speck or left_out <= _STRAY_AREA * pieces.area[chosen].sum() else chosen
 
 
 def _is_under(pieces: _Pieces, low: FloatArray, high: FloatArray) -> NDArray[np.bool_]:

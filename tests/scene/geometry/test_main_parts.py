@@ -80,6 +80,20 @@ def test_what_is_not_small_is_no_stray() -> None:
     assert main_part(Surfaces(MESHES, [at((8.0, 0.0, 0.0), 0.1), *ROOM])).is_all
 
 
+@pytest.mark.parametrize("is_one_object", [False, True])
+def test_of_parts_so_far_apart_that_none_would_be_seen_one_is_framed(is_one_object: bool) -> None:
+    items = [at((1e6 * n, 0.0, 0.0), 2.0) for n in range(3)]
+    surfaces = Surfaces(MESHES, items)
+    if is_one_object:
+        places = np.stack([item.world_from_object[0] for item in items])
+        surfaces = Surfaces(MESHES, [SceneObject(0, 0, places)])
+    found = main_part(surfaces)
+    assert found.stray_count == 24
+    np.testing.assert_allclose(found.high - found.low, 2.0)
+    # One may look for dots.
+    assert main_part(Surfaces(MESHES, [items[0], at((500.0, 0.0, 0.0), 2.0)])).is_all
+
+
 @pytest.mark.parametrize("half", [50.0, 1e4])
 def test_a_far_larger_ground_is_left_out_but_counts_as_a_floor(half: float) -> None:
     items = [*[moved(item, math3d.translation((0.0, 2.0, 0.0))) for item in ROOM], ground(half)]
