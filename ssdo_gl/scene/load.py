@@ -12,7 +12,7 @@ from typing import Any
 from ssdo_gl import resources
 from ssdo_gl.scene import decoders
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.defaults import guessed_up, turned_up
+from ssdo_gl.scene.defaults import guessed_up, turned_up, up_on_earth
 from ssdo_gl.scene.file_camera import camera_of_file, listed_names
 from ssdo_gl.scene.formats import (
     Model,
@@ -104,11 +104,17 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     model = read_model(path, source, options.normals, options.crease_angle)
     builder = SceneBuilder(source, options)
     objects = model.add_to(builder)
-    up = options.up or _guessed_up(path, model, builder)
-    if up == "z":
-        if model.cameras or model.lights or any(item.motion for item in objects):
+    says_up = bool(model.cameras or model.lights or any(item.motion for item in objects))
+    of_earth = None
+    if options.up is None and objects and not says_up:
+        of_earth = up_on_earth(builder.surfaces._replace(objects=objects))
+    if of_earth is not None:
+        builder.note("up is away from the earth's centre, where its origin is: --up y or z, else")
+        objects = turned_up(objects, of_earth)
+    elif (options.up or _guessed_up(path, model, builder)) == "z":
+        if says_up:
             raise SettingError(f"up = 'z': {source} has a camera, lights or motion, which say +y")
-        objects = turned_up(objects)
+        objects = turned_up(objects, (0.0, 0.0, 1.0))
     for item in objects:
         builder.add(item)
     builder.lights += model.lights

@@ -21,4 +21,4 @@ from ssdo_gl.scene.defaults.exposure import lighting_for, seen_metal
 from ssdo_gl.scene.defaults.floor import ground, has_floor
 from ssdo_gl.scene.defaults.framing import frame, is_room, parallel, seen_from
 from ssdo_gl.scene.defaults.interior import room_around
-from ssdo_gl.scene.defaults.upright import guessed_up, turned_up
+from ssdo_gl.scene.defaults.upright import guessed_up, turned_up, up_on_earth

@@ -6,10 +6,11 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, doubled_area_vectors
-from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within
+from ssdo_gl.scene.geometry import Mesh, SceneObject, Surfaces, corners_within
 
 _AXES = {"y": 1, "z": 2}
 # What lies within this share of the height from the bottom, and faces down, is a foot.
@@ -19,6 +20,10 @@ _FOOT_HEIGHT, _FACES_DOWN = 0.02, 0.9
 _CLEARLY, _MUCH_LARGER = 0.05, 2.0
 # A plate that things stand on is where the coordinate is 0.
 _ON_PLATE = 1e-3
+
+# Metres from the earth's centre to its surface; how wide a tile is whose up is the same all over;
+# and how high the surface is.
+_EARTH_RADII, _LARGEST_TILE, _HEIGHTS = (6.35e6, 6.39e6), 1e5, 1e4
 
 
 def guessed_up(meshes: Sequence[Mesh], usual: str) -> tuple[str, str]:
@@ -84,9 +89,25 @@ def _foot(
     return area / floor if floor > 0.0 else 0.0
 
 
-def turned_up(objects: Sequence[SceneObject]) -> list[SceneObject]:
-    """Return objects that stand on z, as ones that stand on y."""
-    turn = math3d.rotation_euler((-90.0, 0.0, 0.0))
+def up_on_earth(surfaces: Surfaces) -> FloatArray | None:
+    """Return the unit direction away from the earth's centre, if the origin is that centre.
+
+    Tiles of cities are often placed so. In a map's grid a place may be as far from the origin, but
+    one of its coordinates is a height.
+    """
+    corners = surfaces.boxes().reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle = 0.5 * (low + high)
+    is_there = _EARTH_RADII[0] <= float(np.linalg.norm(middle)) <= _EARTH_RADII[1]
+    is_tile = is_there and (high - low).max() < _LARGEST_TILE and np.abs(middle).min() > _HEIGHTS
+    return math3d.normalized(middle) if is_tile else None
+
+
+def turned_up(objects: Sequence[SceneObject], up: ArrayLike) -> list[SceneObject]:
+    """Return objects that stand along the unit vector `up`, as ones that stand on y."""
+    frame = math3d.frame_from_z(up)
+    turn = np.eye(4)
+    turn[:3, :3] = frame[:, [1, 2, 0]].T
     return [
         dataclasses.replace(item, world_from_object=turn @ item.world_from_object)
         for item in objects
