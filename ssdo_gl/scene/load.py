@@ -49,6 +49,7 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     """
     if options is None:
         options = replace(load_options(choices), is_bare="ground" not in choices)
+    check_type("options", options, LoadOptions)
     check_type("scene", source, (str, os.PathLike), "name or path")
     text = str(source)
     path = Path(text)

@@ -209,6 +209,8 @@ class Scene(SceneData):
 def check_scene(scene: Scene) -> None:
     """Raise SceneError naming the first part of a scene that cannot be drawn, and the cure."""
     check_type("scene", scene, Scene)
+    if not scene.objects:
+        raise SceneError("objects: expected at least one")
     for name, kind in _KINDS.items():
         for index, item in enumerate(getattr(scene, name)):
             check_type(f"{name}[{index}]", item, kind)

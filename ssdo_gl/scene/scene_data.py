@@ -16,7 +16,8 @@ from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, Surfaces, main_p
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.scene_error import SceneError
+from ssdo_gl.scene.scene_error import SceneError, check_type
+from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.wording import counted, described, with_article
 
@@ -56,6 +57,9 @@ class SceneData:
             if not isinstance(parts, (tuple, list)):
                 got = with_article(type(parts).__name__)
                 raise SceneError(f"{name}: expected a tuple, got {got}")
+        check_type("render", self.render, Mapping, "mapping")
+        if not (self.camera_motion is None or hasattr(self.camera_motion, "world_from_rest")):
+            raise SceneError(f"camera_motion = {shown(self.camera_motion)}: expected a Trajectory")
 
     def __repr__(self) -> str:
         try:

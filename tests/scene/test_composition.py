@@ -215,6 +215,8 @@ def test_changes_share_all_else():
         (lambda s: s.with_material(0, "red"), "material: expected a Material, got a str"),
         (lambda s: s.with_camera(3), "camera: expected a Camera, got an int"),
         (lambda s: Scene(3, (), (), s.camera), "meshes: expected a tuple, got an int"),
+        (lambda s: dataclasses.replace(s, render=3), "render: expected a mapping, got an int"),
+        (lambda s: dataclasses.replace(s, camera_motion=3), "camera_motion = 3: expected a Traj"),
     ],
 )
 def test_a_change_that_cannot_be_is_refused(change, message):
@@ -244,6 +246,10 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
         ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), {"size": (8, 8)})
     with pytest.raises(SceneError, match="scene: expected a Scene, got a str"):
         ssdo_gl.Renderer("corner")
+    with pytest.raises(SceneError, match="objects: expected at least one"):
+        ssdo_gl.Renderer(dataclasses.replace(scene, objects=()), SMALL)
+    with pytest.raises(SceneError, match="options: expected a LoadOptions, got a dict"):
+        ssdo_gl.load_scene("corner", {"up": "z"})
 
 
 @pytest.mark.parametrize(

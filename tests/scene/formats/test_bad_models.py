@@ -38,7 +38,7 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
                 b'{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],'
                 b' "nodes": [{"children": [0]}]}'
             ),
-            ["two parents"],
+            ["node 0 has two parents, or is within itself"],
         ),
         (
             "a.gltf",

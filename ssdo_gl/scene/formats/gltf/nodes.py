@@ -40,7 +40,10 @@ class NodeTree:
             index, parent, shown = pending.pop()
             node = document.entry("nodes", index)
             if index in self.parents:
-                raise GltfError(f"node {index} has two parents")
+                raise GltfError(
+                    f"node {index} has two parents, or is within itself:"
+                    " in glTF each node hangs on one other at most"
+                )
             local = local_matrix(node, f"node {index}")
             if "matrix" not in node and not any(node.get("rotation", [1.0])):
                 ranges.replaced("rotation [0, 0, 0, 0] as none", f"node {index}")
