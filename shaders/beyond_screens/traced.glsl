@@ -37,10 +37,13 @@ struct MirrorPath {
 // A ray to a light, and what the last mirror reflects of it unless the ray is blocked.
 struct MirroredLight {
     LightRay ray;
+    float sides;     // that it meets
     vec3 reflected;
+    vec3 all;        // where rays of the lobe do not meet it
 };
 
-const MirroredLight NO_MIRRORED = MirroredLight(LightRay(vec3(0.0), vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
+const LightRay NO_RAY = LightRay(vec3(0.0), vec3(0.0, 0.0, 1.0), -1.0);
+const MirroredLight NO_MIRRORED = MirroredLight(NO_RAY, SIDES_TO_LIGHT, vec3(0.0), vec3(0.0));
 
 float balance(float mine, float other)
 {
@@ -70,13 +73,14 @@ MirroredLight mirrored_light(Surface met, vec3 irradiance, uint index, uint seed
         brdf.roughness = min(sqrt(sqrt(alpha * alpha + 0.25 * size_2)), 1.0);
     }
     vec3 response = gloss_times_cosine(brdf, met.at.normal, met.at.w_out, light.w);
-    response *= e.kind == EMITTER_MAP ? 0.0 : weight / max(group.probability, 1e-30);
-    vec3 reflected = unblocked_light(met.at, light, response);
+    response *= e.kind == EMITTER_MAP ? 0.0 : 1.0 / max(group.probability, 1e-30);
+    vec3 all = unblocked_light(met.at, light, response);
     // Chance draws one of many lights as if it was all of them: bright, but no speck.
-    float brightest = is_met ? SAMPLE_MAX : BRIGHTEST * largest_of(irradiance);
-    reflected *= min(brightest / max(largest_of(reflected), 1e-30), 1.0);
-    float reach = needed_reach(group, light, reflected, RAY_FAR);
-    return MirroredLight(light_ray(met.at, light.w, reach), reflected);
+    float brightest = BRIGHTEST * largest_of(irradiance);
+    float bound = min(brightest / max(largest_of(all), 1e-30), 1.0);
+    float reach = needed_reach(group, light, all, RAY_FAR);
+    return MirroredLight(light_ray(met.at, light.w, reach), is_met ? ALL_SIDES : SIDES_TO_LIGHT,
+                         all * (is_met ? weight : bound), all * bound);
 }
 
 // What the `surfel` receives that the path number `index` of the pixel met along `w`, or one beside it,
@@ -104,6 +108,8 @@ vec4 light_around(BvhHit hit, Surface met, vec3 w, uint index, inout ivec2 surfe
 vec3 emitted(Surface met, BvhHit hit, MirrorPath path, bool is_first)
 {
     bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
+    if (is_dark(met.emission) || met_light_is_blocked(path.start, path.w, hit.t))
+        return vec3(0.0);
 #if GLOW_IS_DIRECT && SUMS_PANELS
     if (is_first && glow_place(hit).x >= 0)
         return vec3(0.0);
@@ -146,9 +152,9 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, float 
     do {
         bool is_blocked;
         BvhHit hit = bvh_blocked_and_nearest(
-            bvh_ray_to_light(light.ray.start, light.ray.w, false), light.ray.t_max,
+            bvh_ray_to_light(light.ray.start, light.ray.w, light.sides), light.ray.t_max,
             path.start, path.w, RAY_FAR, is_blocked);
-        radiance += is_blocked ? vec3(0.0) : light.reflected;
+        radiance += light_past_sheets(light.ray, is_blocked, light.reflected, light.all);
         light = NO_MIRRORED;
         if (hit.record < 0) {
             radiance += bounce > 0 ? path.weight * lobe_radiance(path.w, path.alpha) : vec3(0.0);
@@ -167,6 +173,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, float 
             radiance += path.weight * diffuse_radiance_towards(met.brdf, n, met.at.w_out, cached.rgb);
             light = mirrored_light(met, cached.rgb, index, seed, dimension);
             light.reflected *= path.weight;
+            light.all *= path.weight;
             reflect_on(path, met, random_2d(index, seed, dimension + 2u, false));
             ++bounce;
         } else {

@@ -162,14 +162,16 @@ void main()
         vec3 arriving = unblocked_irradiance(surface, light);
 #if !SUMS_PANELS
         bool is_near = light.density > 0.0 && light.distance < near_reach && area <= most_area;
-        arriving *= is_near ? share_of_drawn(surface, light, near_reach) : 1.0;
         is_close = is_close || is_near;
 #endif
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
+#if SUMS_PANELS
         sent += arriving;
         squares.y += dot(arriving, vec3(1.0)) * dot(arriving, vec3(1.0));
         arriving = light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
-#if !SUMS_PANELS
+#else
+        float share = is_near ? share_of_drawn(surface, light, near_reach) : 1.0;
+        arriving = arriving_light(surface, light.w, reach, share * arriving, arriving);
         vec3 kept = share_of_near(light.distance, reach_of_near) * arriving;
         near += kept;
         arriving -= kept;

@@ -42,8 +42,9 @@ float sky_density(vec3 w)
 // One sample of the light that reaches a vertex straight from an emitter.
 struct DirectSample {
     LightRay ray;    // a negative length: none is needed
-    bool is_sky;
+    float sides;     // that it meets
     vec3 reflected;  // unless something blocks the ray
+    vec3 all;        // where scattered rays do not find it
 };
 
 DirectSample sampled_light(RaySurface at, Brdf brdf, uint index, uint seed, uint dimension,
@@ -60,11 +61,13 @@ DirectSample sampled_light(RaySurface at, Brdf brdf, uint index, uint seed, uint
     float scattered = brdf_density(brdf, at.normal, at.w_out, light.w);
     float weight = can_be_hit ? balance(light.density * group.probability, scattered) : 1.0;
     vec3 response = brdf_times_cosine(brdf, at.normal, at.w_out, light.w);
-    vec3 reflected = unblocked_light(at, light, response) * (weight / max(group.probability, 1e-30));
-    reflected = is_dark(reflected) ? vec3(0.0) : reflected;
-    float reach = needed_reach(group, light, reflected, RAY_FAR);
+    vec3 all = unblocked_light(at, light, response) / max(group.probability, 1e-30);
+    all = is_dark(all) ? vec3(0.0) : all;
+    float reach = needed_reach(group, light, all, RAY_FAR);
     bool is_sky = emitter_at(group.first).kind == EMITTER_MAP;
-    return DirectSample(light_ray(at, light.w, reach), is_sky, reflected);
+    float sides = is_sky ? SIDES_TO_SKY : can_be_hit ? ALL_SIDES : SIDES_TO_LIGHT;
+    vec3 reflected = all * weight;
+    return DirectSample(light_ray(at, light.w, reach), sides, reflected, is_sky ? reflected : all);
 }
 
 vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
@@ -81,7 +84,7 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
         uint index = u_first_sample + uint(path);
         uint dimension = DIMENSIONS_PER_VERTEX * uint(bounce);
         LightRay none = LightRay(at.start, vec3(0.0, 0.0, 1.0), -1.0);
-        DirectSample direct = DirectSample(none, false, vec3(0.0));
+        DirectSample direct = DirectSample(none, SIDES_TO_LIGHT, vec3(0.0), vec3(0.0));
 #if HAS_EMITTERS
         direct = sampled_light(at, brdf, index, seed, dimension, bounce == 0);
 #endif
@@ -96,17 +99,18 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
         bool is_above = dot(w, at.geometric) > 0.0;
         bool is_blocked;
         BvhHit hit = bvh_blocked_and_nearest(
-            bvh_ray_to_light(direct.ray.start, direct.ray.w, direct.is_sky), direct.ray.t_max,
+            bvh_ray_to_light(direct.ray.start, direct.ray.w, direct.sides), direct.ray.t_max,
             at.start, w, is_above ? RAY_FAR : -1.0, is_blocked);
         bool is_hit = hit.record >= 0;
-        sum += is_blocked ? vec3(0.0) : weight * direct.reflected / survival;
+        sum += weight * light_past_sheets(direct.ray, is_blocked, direct.reflected, direct.all) / survival;
         if (is_above && !is_hit) {
             sum += onward * environment_radiance(w) * balance(scattered.density, sky_density(w));
         }
         if (is_hit) {
             Surface met = surface_at_hit(hit, at.start, w);
             float drawn = drawn_density(met, hit.t);
-            bool counts = !is_unshadowed_body(met.flags);
+            bool counts = !is_dark(met.emission) && !is_unshadowed_body(met.flags)
+                && !met_light_is_blocked(at.start, w, hit.t);
             sum += counts ? onward * met.emission * balance(scattered.density, drawn) : vec3(0.0);
             at = met.at;
             brdf = met.brdf;

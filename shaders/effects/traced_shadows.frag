@@ -56,12 +56,14 @@ void main()
                 LightRay ray = light_ray(surface, light.w, reach);
                 bool is_blocked;
                 BvhHit hit = bvh_blocked_and_nearest(
-                    bvh_ray_to_light(ray.start, ray.w, false), ray.t_max,
+                    bvh_ray_to_light(ray.start, ray.w, SIDES_TO_LIGHT), ray.t_max,
                     surface.start, facet.w_in, goes ? RAY_FAR : -1.0, is_blocked);
                 if (hit.record >= 0) {
                     Surface met = surface_at_hit(hit, surface.start, facet.w_in);
                     float found = power(facet.density, groups * drawn_density(met, hit.t));
-                    gloss += is_direct_body(met.flags) ? found * facet.weight * met.emission : vec3(0.0);
+                    bool counts = is_direct_body(met.flags)
+                        && !met_light_is_blocked(surface.start, facet.w_in, hit.t);
+                    gloss += counts ? found * facet.weight * met.emission : vec3(0.0);
                 }
 #else
                 bool is_blocked = light_is_blocked(surface, light.w, reach);
@@ -74,6 +76,10 @@ void main()
                 arriving = reflected.irradiance;
 #if LOBES_MEET_LIGHTS
                 bool can_be_met = group.shadow == EMITTER_SHADOWED && dot(light.w, surface.geometric) > 0.0;
+#if RAY_SINGLE_SIDED
+                can_be_met = can_be_met && !is_dark(arriving)
+                    && !bvh_meets_any(bvh_ray_to_light(ray.start, ray.w, ALL_SIDES), ray.t_max);
+#endif
                 float other = gloss_density(brdf, surface.normal, surface.w_out, light.w);
                 float drawn = groups * group.probability * light.density;
                 reflected.radiance *= can_be_met && drawn > 0.0 ? power(drawn, other) : 1.0;

@@ -127,12 +127,13 @@ void main()
             arriving = is_in_tree(group) ? vec3(0.0) : arriving;
 #endif
             float reach = needed_reach(group, light, arriving, RAY_FAR);
-            bool is_sky = false;
+            float sides = SIDES_TO_LIGHT;
 #if ENVIRONMENT_KIND == 3
-            is_sky = emitter_at(group.first).kind == EMITTER_MAP;
+            bool is_sky = emitter_at(group.first).kind == EMITTER_MAP;
+            sides = is_sky ? SIDES_TO_SKY : SIDES_TO_LIGHT;
             arriving *= is_sky ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
 #endif
-            bool is_blocked = bvh_meets_any(bvh_ray_to_light(at.start, light.w, is_sky), reach);
+            bool is_blocked = bvh_meets_any(bvh_ray_to_light(at.start, light.w, sides), reach);
             arriving = is_blocked ? vec3(0.0) : arriving;
             of_group += light_of_surfel(at, light.w, arriving);
 #if LOBES
@@ -149,9 +150,9 @@ void main()
                                         random_2d(uint(j), seed, DIMENSION_TREE, false),
                                         random_2d(uint(j), seed, DIMENSION_TREE + 1u, may_share_cells(u_tree_samples)));
         float share = share_of_drawn(at, light, near_reach);
-        vec3 arriving = unblocked_irradiance(at, light) * (share / float(u_tree_samples));
-        float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
-        arriving = light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
+        vec3 all = unblocked_irradiance(at, light) / float(u_tree_samples);
+        float reach = is_dark(all) ? -1.0 : reach_toward_light(light.distance);
+        vec3 arriving = arriving_light(at, light.w, reach, share * all, all);
         sum += light_of_surfel(at, light.w, arriving);
         vec2 u = random_2d(uint(j), seed, DIMENSION_TREE + 2u, may_share_cells(u_tree_samples));
         vec3 w = frame_from_z(at.normal) * cosine_hemisphere(u);

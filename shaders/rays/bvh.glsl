@@ -82,7 +82,7 @@ struct BvhRay {
     mat3 axes;          // columns: two axes across the ray and the ray itself
     vec3 inverse;       // 1 / direction
     bvec3 is_negative;
-    float facing;       // of single-sided triangles it meets 1: fronts, -1: backs
+    float facing;       // of single-sided triangles it meets 1: fronts, -1: backs, 0: both
 };
 
 // Where a ray is on its way through the hierarchy.
@@ -102,11 +102,16 @@ BvhRay bvh_ray(vec3 origin, vec3 w)
 }
 
 // A ray to a light stands for one that comes from it, which meets the other sides. One that is drawn
-// to the sky meets the sides that one by chance does: together they find it.
-BvhRay bvh_ray_to_light(vec3 origin, vec3 w, bool is_sky)
+// to the sky meets the sides that one by chance does: together they find it. What meets all sides
+// tells whether a lamp can be found in both ways.
+const float SIDES_TO_LIGHT = -1.0;
+const float SIDES_TO_SKY = 1.0;
+const float ALL_SIDES = 0.0;
+
+BvhRay bvh_ray_to_light(vec3 origin, vec3 w, float sides)
 {
     BvhRay ray = bvh_ray(origin, w);
-    ray.facing = is_sky ? 1.0 : -1.0;
+    ray.facing = sides;
     return ray;
 }
 
@@ -186,7 +191,7 @@ bool bvh_meets_triangle(BvhRay ray, vec3 sides, vec3 along, uint word, int slot,
     bool is_met = bvh_is_inside(sides.x, sides.y, sides.z) && t > 0.0 && t < t_max;
 #if RAY_SINGLE_SIDED
     // Sides are positive where the triangle's front looks along the ray.
-    is_met = is_met && ((word & SINGLE_SIDED_FLAG) == 0u || sum * ray.facing < 0.0);
+    is_met = is_met && ((word & SINGLE_SIDED_FLAG) == 0u || sum * ray.facing <= 0.0);
 #endif
 #if RAY_CUTOUTS
     is_met = is_met && !is_cut_out(word, slot, sides);
@@ -332,7 +337,7 @@ bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
 
 bool bvh_light_is_blocked(vec3 origin, vec3 w, float t_max)
 {
-    return bvh_meets_any(bvh_ray_to_light(origin, w, false), t_max);
+    return bvh_meets_any(bvh_ray_to_light(origin, w, SIDES_TO_LIGHT), t_max);
 }
 
 // Both for two rays: whether anything blocks the first, to a light, and what the second

@@ -155,10 +155,10 @@ vec3 glow_in_lobe(ivec2 texel, Brdf brdf, bool is_met)
         float found = gloss_density(brdf, r.normal, r.w_out, light.w) * float(SAMPLE_COUNT);
         float chosen = light.density * float(u_glow_rays);
         float share = is_met ? chosen / max(chosen + found, 1e-30) : 1.0;
-        vec3 response = gloss_times_cosine(brdf, r.normal, r.w_out, light.w) * share;
+        vec3 response = gloss_times_cosine(brdf, r.normal, r.w_out, light.w);
         vec3 reflected = unblocked_light(surface, light, response);
         float reach = is_dark(reflected) ? -1.0 : reach_toward_light(light.distance);
-        sum += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : reflected;
+        sum += arriving_light(surface, light.w, reach, share * reflected, reflected);
     }
     return sum / max(whole, vec3(1e-4)) / float(max(u_glow_rays, 1));
 }

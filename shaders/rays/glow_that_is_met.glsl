@@ -64,7 +64,7 @@ vec3 glow_nearby(RaySurface at, vec3 w, float reach, float most_area, out float 
     if (hit.record < 0)
         return vec3(0.0);
     Surface met = surface_at_hit(hit, at.start, w);
-    if (!(met.mean_emission > 0.0))
+    if (!(met.mean_emission > 0.0) || met_light_is_blocked(at.start, w, hit.t))
         return vec3(0.0);
     float chosen = glow_density(lit_point(at.start, at.normal), hit, met, most_area);
     float found = spread_density(at, w);

@@ -71,6 +71,38 @@ bool light_is_blocked(RaySurface surface, vec3 w, float t_max)
     return bvh_light_is_blocked(ray.start, ray.w, ray.t_max);
 }
 
+// What of a sample of light arrives past sheets that are seen from one side, which stop what comes
+// from there: `found` of it where rays by chance find the same light, all of it where they do not.
+// `is_blocked`: by any side, if they differ, else by those that the light meets.
+vec3 light_past_sheets(LightRay ray, bool is_blocked, vec3 found, vec3 all)
+{
+#if RAY_SINGLE_SIDED
+    if (is_blocked && found != all) {
+        is_blocked = bvh_light_is_blocked(ray.start, ray.w, ray.t_max);
+        found = all;
+    }
+#endif
+    return is_blocked ? vec3(0.0) : found;
+}
+
+vec3 arriving_light(RaySurface surface, vec3 w, float t_max, vec3 found, vec3 all)
+{
+    LightRay ray = light_ray(surface, w, t_max);
+    float sides = found != all ? ALL_SIDES : SIDES_TO_LIGHT;
+    bool is_blocked = bvh_meets_any(bvh_ray_to_light(ray.start, ray.w, sides), ray.t_max);
+    return light_past_sheets(ray, is_blocked, found, all);
+}
+
+// Whether sheets stop the light of what a ray by chance has met, on its way back.
+bool met_light_is_blocked(vec3 start, vec3 w, float t)
+{
+#if RAY_SINGLE_SIDED
+    return bvh_light_is_blocked(start, w, reach_toward_light(t));
+#else
+    return false;
+#endif
+}
+
 // How much of a point p of a triangle each corner has, from areas.
 vec3 weights_of_corners(vec3 p, vec3 a, vec3 b, vec3 c, vec3 front)
 {
