@@ -50,6 +50,8 @@ def claim_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
+    except FileExistsError:
+        raise BenchError(f"{folder} is a file: name a folder") from None
     except OSError as error:
         raise BenchError(f"{folder}: cannot be written: {error.strerror}") from None
     marker = folder / MARKER

@@ -68,6 +68,12 @@ def test_a_folder_becomes_a_bench_once(tmp_path):
     assert [item.name for item in (tmp_path / "new" / "bench").iterdir()] == [storage.MARKER]
 
 
+def test_a_file_is_no_folder_of_a_bench(tmp_path):
+    (tmp_path / "notes").write_text("mine")
+    with pytest.raises(storage.BenchError, match="notes is a file: name a folder"):
+        storage.claim_folder(tmp_path / "notes")
+
+
 def test_other_files_of_the_user_do_not_matter(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / ".probe").mkdir()
