@@ -26,6 +26,9 @@ _COLORS = (
     ("r", "g", "b", "a"),
     ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"),
 )
+# Of Gaussian splats (Kerbl et al. 2023): the colour that is the same from all sides, as a factor
+# of the constant spherical harmonic.
+_SPLAT, _BAND_0 = ("f_dc_0", "f_dc_1", "f_dc_2"), 0.5 / np.sqrt(np.pi)
 # Rows whose lists differ in length are gathered so many at a time.
 _ROWS_AT_ONCE = 1 << 16
 
@@ -66,7 +69,10 @@ class _Rows:
             if values is not None:
                 kinds = {p.name: p.kind for p in reversed(self.element.properties)}
                 return linear_colors(values, kinds[names[0]])
-        return None
+        harmonics = self.numbers(*_SPLAT)
+        return (
+            None if harmonics is None else linear_colors(np.clip(0.5 + _BAND_0 * harmonics, 0, 1))
+        )
 
 
 def parse_ply(data: bytes) -> list[PolygonMesh]:
@@ -273,6 +279,8 @@ def _mesh(tables: dict[str, _Rows], comments: list[str]) -> PolygonMesh:
             if comment.lower().startswith("texturefile ") and comment[12:].strip()
         ],
     )
+    if all(name in vertices.columns for name in _SPLAT):
+        mesh.notes.append("Gaussian splats: shown as points, in the colour that all sides share")
     faces, strips = tables.get("face"), tables.get("tristrips")
     name = _index_list(faces)
     if faces is not None and faces.element.count and name:

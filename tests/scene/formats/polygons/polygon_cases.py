@@ -209,6 +209,9 @@ CASES = {
     "diffuse names": Case(
         ".ply", colored("uchar", "255 128 0", "diffuse_red diffuse_green diffuse_blue"), 0.5, ONE
     ),
+    "splats": Case(
+        ".ply", colored("float", "1.77246 0.00695 -1.77246", "f_dc_0 f_dc_1 f_dc_2"), 0.5, ONE
+    ),
     "capital names": Case(".ply", colored("uchar", "255 128 0", "Red Green Blue"), 0.5, ONE),
     "unusable colours": Case(
         ".ply", colored("float", "nan -5 inf"), 0.5, frozenset({(0, 0, 0)})
