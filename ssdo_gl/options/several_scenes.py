@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path, PurePath
 
 from ssdo_gl.images.files import SUFFIXES, image_paths
@@ -21,7 +22,7 @@ NAME = "{name}"
 def one_by_one(command: CommandLine) -> list[CommandLine]:
     """Return a command for each scene, with outputs of its own.
 
-    In an output's name ``{name}`` is the scene's, without folder, and without suffix unless
+    In an output's name ``{name}`` is the scene's, without folder and suffix unless
     another scene would then have the same name; an output that is a folder gets a file of
     that name. Pictures of a batch are snapshots.
 
@@ -92,13 +93,24 @@ def _batch_out(out: str | None) -> str:
 
 
 def _names(scenes: Iterable[str]) -> dict[str, str]:
-    """Return the name of each scene in those of its outputs."""
-    paths = {scene: PurePath(scene.replace("\\", "/")) for scene in scenes}
-    counts = Counter(path.stem for path in paths.values())
-    names = {
-        scene: path.stem if counts[path.stem] == 1 else path.name for scene, path in paths.items()
-    }
+    """Return the name of each scene in those of its outputs: the first that is its alone.
+
+    Without suffix and folders; with the suffix; then with ever more of its folders.
+    """
+    left = {scene: PurePath(scene.replace("\\", "/")) for scene in scenes}
+    deepest = max((len(path.parts) for path in left.values()), default=0)
+    names: dict[str, str] = {}
+    for depth, with_suffix in product(range(deepest), (False, True)):
+        found = {scene: _name(path, depth, with_suffix) for scene, path in left.items()}
+        counts = Counter(found.values())
+        names |= {s: name for s, name in found.items() if counts[name] == 1 or s not in names}
+        left = {scene: path for scene, path in left.items() if counts[found[scene]] > 1}
     return {**names, STREAM: "stdin"}
+
+
+def _name(path: PurePath, depth: int, with_suffix: bool) -> str:
+    folders = [part for part in path.parts[-1 - depth : -1] if part.strip("/.")]
+    return "_".join([*folders, path.name if with_suffix else path.stem])
 
 
 def _own(out: str | None, name: str, flag: str, suffix: str, are_several: bool) -> str | None:

@@ -53,6 +53,14 @@ def test_a_batch_goes_into_its_folder():
     assert outputs("m/a.glb", "--batch", "--out", "o/x_{name}.exr")[0][1] == "o/x_a.exr"
 
 
+def test_models_of_one_name_in_several_folders_have_these_in_front():
+    """As downloads are, each a scene.gltf in a folder of its own."""
+    scenes = ("m/car/a.glb", "m/boat/a.glb", "/n/car/a.glb", "a.glb", "b/c.obj")
+    found = outputs(*scenes, "--batch", "--out", "o")
+    names = ("m_car_a", "boat_a", "n_car_a", "a", "c")
+    assert [picture for _, picture, _ in found] == [f"o/{name}.png" for name in names]
+
+
 def test_patterns_name_scenes_and_models_once(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "m" / "deep.glb").mkdir(parents=True)
@@ -76,16 +84,16 @@ def test_patterns_name_scenes_and_models_once(tmp_path, monkeypatch):
         (["a", "b", "--explain", "--stats", "x.json"], "as out_{name}.json"),
         (["a", "a", "--snapshot", "{name}.png"], "--snapshot: a and a would both be written to a"),
         (["-", "-", "--explain", "--stats", "{name}.json"], "--stats: - and - would both be writt"),
-        (["m/a.glb", "n/a.glb", "--snapshot", "{name}.png"], "would both be written to a.glb.png"),
+        (["m/a.glb", "m//a.glb", "--snapshot", "{name}.png"], "would both be written to a.png"),
         (
-            ["m/a.glb", "n/a.glb", "--batch", "--out", "o"],
-            "--out: m/a.glb and n/a.glb would both be written to o/a.glb.png; render them into two",
+            ["m/a.glb", "n/a.glb", "m_a.glb", "--batch", "--out", "o"],
+            "--out: m/a.glb and m_a.glb would both be written to o/m_a.png; render them into two",
         ),
         (
             ["a.glb", "a-depth.glb", "--batch", "--out", "o", "--aov", "beauty,depth"],
             "--out: a.glb and a-depth.glb would both be written to o/a-depth.png",
         ),
-        (["m/a", "n/a", "--batch", "--out", "{name}-x.png"], "written to a-x.png"),
+        (["m/a", "n/a", "m_a", "--batch", "--out", "{name}-x.png"], "written to m_a-x.png"),
         (["a", "b", "--batch", "--out", "o", "--stats", "x.json"], "as out_{name}.json"),
         (["a", "--snapshot", "x.png", "--stats", "x.png"], "--stats x.png: the picture is writt"),
         (["a", "--batch"], "--batch needs --out DIR"),
