@@ -85,6 +85,20 @@ vec3 reflectance_of_facet(Surface s)
     return share;
 }
 
+#if GLOSSY
+// How much less of it leaves where light arrives upright: gloss reflects less, and of such light tilted
+// normals receive the share c, where they receive (1 + c) / 2 of even light.
+vec3 facet_slope(Surface s)
+{
+    vec3 slope = reflectance_slope(s.brdf);
+#if RAY_NORMAL_MAPS
+    bool is_tilted = !s.at.is_smooth && largest_of(s.brdf.f0) <= 0.1;
+    slope += is_tilted ? even_reflectance(s.brdf) * (0.5 - 0.5 * dot(s.at.normal, s.at.geometric)) : vec3(0.0);
+#endif
+    return slope;
+}
+#endif
+
 Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
 {
     vec3 a, b, c;

@@ -34,7 +34,7 @@ void main()
         found.surfel = uint(surfel_at_hit(hit, met.at.position, w));
         found.albedo = reflectance_of_facet(met);
 #if GLOSSY
-        found.slope = dot(reflectance_slope(met.brdf), vec3(1.0 / 3.0));
+        found.slope = dot(facet_slope(met), vec3(1.0 / 3.0));
 #endif
 #if LOBES
         layer = LayerHit(met.at.normal, met.brdf.roughness, layer_of(met.brdf));

@@ -118,12 +118,12 @@ vec3 reflection_of(vec4 light, ivec2 surfel, Surface surface)
     vec3 share = reflectance_of_facet(surface);
 #if LOBES
     vec2 layer = layer_of(brdf);
-    share += is_all_layer(layer) ? vec3(0.0) : reflectance_slope(brdf) * light.a;
+    share += is_all_layer(layer) ? vec3(0.0) : facet_slope(surface) * light.a;
     return sent_by_directions(surfel, light, surface.at.normal, surface.at.w_out, brdf.roughness,
                               max(share, 0.0), layer);
 #else
 #if GLOSSY
-    share = max(share + reflectance_slope(brdf) * light.a, 0.0);
+    share = max(share + facet_slope(surface) * light.a, 0.0);
 #endif
     return share * INV_PI * light.rgb;
 #endif

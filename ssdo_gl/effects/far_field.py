@@ -182,7 +182,7 @@ class FarField(Effect):
         is_steady = not request.content.has_translucency
         if traces_own(request) and settings.aimed_rays:
             yield BrightTablesPass(), "what is so bright that rays are aimed at it"
-        features = replace(request.ray_features, glow_is_direct=request.runs("emitters"))
+        features = replace(request.cache_features, glow_is_direct=request.runs("emitters"))
         sky = kind_of(request.scene.environment)
         has_own = traces_own(request)
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=has_own)

@@ -189,6 +189,15 @@ class Request:
         features = RayFeatures.of(self.scene)
         return dataclasses.replace(features, glossy=glossy, lobes=glossy and features.lobes)
 
+    @cached_property
+    def cache_features(self) -> RayFeatures:
+        """The same for what looks light up in the surface cache.
+
+        What tilted normals receive depends on how grazing it arrives, which gloss asks for, too.
+        """
+        features = self.ray_features
+        return dataclasses.replace(features, glossy=features.glossy or features.normal_maps)
+
     @property
     def is_view_empty(self) -> bool:
         """Whether no surface is in view."""

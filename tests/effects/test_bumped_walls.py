@@ -11,8 +11,10 @@ from image_bytes import png
 
 import ssdo_gl
 
-# .100 too much where walls that rays meet send on what they would flat; .019 now.
-MEAN_BOUND = 0.03
+# .100 too much where walls that rays meet send on what they would flat; where as much of upright
+# light as of even light .019 if they are glossy and .037 if not. Now .003 and .020: there are no
+# steeper slopes than the words of hits hold.
+GLOSSY_BOUND, MATT_BOUND = 0.012, 0.03
 
 
 def bumps() -> np.ndarray:
@@ -23,7 +25,14 @@ def bumps() -> np.ndarray:
     return np.round(127.5 * (normals + 1.0)).astype(np.uint8)
 
 
-def test_light_between_bumped_walls_is_as_by_paths(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("gloss", "bound"),
+    [({"roughness": 0.9}, GLOSSY_BOUND), ({}, MATT_BOUND)],
+    ids=["gloss", "matt"],
+)
+def test_light_between_bumped_walls_is_as_by_paths(
+    tmp_path: Path, gloss: dict[str, float], bound: float
+) -> None:
     (tmp_path / "bumps.png").write_bytes(png(bumps()))
     walls = (
         ([-2, 0, 2], [4, 0, 0], [0, 0, -4]),
@@ -34,7 +43,7 @@ def test_light_between_bumped_walls_is_as_by_paths(tmp_path: Path) -> None:
     )
     room = (
         text.camera([0, 0.6, 1.6], [0, 2.4, -1], 60)
-        + text.material("bumped", 0.8, 0.8, 0.8, normal_texture="bumps.png", roughness=0.9)
+        + text.material("bumped", 0.8, 0.8, 0.8, normal_texture="bumps.png", **gloss)
         + text.material("flat", 0.8, 0.8, 0.8)
         + "".join(text.quad(*wall, "bumped") for wall in walls)
         + text.quad([-2, 3, -2], [4, 0, 0], [0, 0, 4], "flat")
@@ -46,4 +55,4 @@ def test_light_between_bumped_walls_is_as_by_paths(tmp_path: Path) -> None:
         ssdo_gl.render(file, size=(64, 36), method=method, **settings)[..., :3].mean()
         for method, settings in (("gi", {}), ("reference-gi", {"spp": 256}))
     )
-    assert found == pytest.approx(reference, rel=MEAN_BOUND)
+    assert found == pytest.approx(reference, rel=bound)

@@ -38,7 +38,7 @@ class SurfaceCache(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield what is done once for the geometry, once for the lights, and the bounces."""
         settings = request.settings_of(self.name, SurfaceCacheSettings)
-        features, sky = request.ray_features, kind_of(request.scene.environment)
+        features, sky = request.cache_features, kind_of(request.scene.environment)
         yield SurfelsPass(settings, features), "pieces of surface that keep light"
         yield SurfelRaysPass(settings, features), "what each piece sees of the others"
         yield SurfelSkyPass(settings, features, sky), "the sky that each piece sees"
