@@ -89,7 +89,8 @@ def lighting_for(
     final = min(exposure, most, highest)
     least = max(_DARK_SHARE * level, _BLACK_RADIANCE * 2.0**-final)
     # What glows by less than light on it would bring looks dull, and flat.
-    albedo = np.array([surfaces.material(item).mean_albedo for item in surfaces.objects])
+    materials = [surfaces.material(item) for item in surfaces.objects]
+    albedo = np.array([m.mean_albedo if m.emits else 0.0 for m in materials])
     shines = glow * 2.0**final >= _TARGET_RADIANCE / _GREY * albedo[owner]
     is_lit = (radiance >= least) & (shines | (received >= least))
     coverage = float(weight[is_lit].sum() / weight.sum())
