@@ -110,7 +110,9 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     if options.up is None and objects and not says_up:
         of_earth = up_on_earth(builder.surfaces._replace(objects=objects))
     if of_earth is not None:
-        builder.note("up is away from the earth's centre, where its origin is: --up y or z, else")
+        builder.note(
+            "up is away from the earth's centre, as coordinates are the earth's: --up y leaves it"
+        )
         objects = turned_up(objects, of_earth)
     elif (options.up or _guessed_up(path, model, builder)) == "z":
         if says_up:
