@@ -6,7 +6,7 @@
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
 // KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl): another pass has marched already;
-// HAS_OWN_RAYS 1: where there are per-pixel rays, their light takes the march's place; 2: everywhere;
+// GATHERED 1: light that per-pixel rays have gathered takes the march's place;
 // SUMS_SENDERS 1: terms are added up at each sender (see lib/senders.glsl), not looked up.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
@@ -15,12 +15,14 @@ uniform float u_distance_clamp;  // rgs09, relative to R
 #include "screen_space/estimator.glsl"
 #include "lib/finite.glsl"
 #include "lib/senders.glsl"
-#include "lib/own_rays.glsl"
 #define TAKES_DIRECTIONS 1
 #include "screen_space/kept_directions.glsl"
 
 #if !SUMS_SENDERS
 uniform sampler2D t_sender_radiance;
+#endif
+#if GATHERED
+uniform sampler2D t_gathered_near;  // as rays/shared_rays.glsl says
 #endif
 #if ADDS
 uniform sampler2D t_added;
@@ -50,15 +52,13 @@ void main()
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Receiver r = receiver_at(pixel, DIRECTION_COUNT);
     vec3 irradiance = vec3(0.0);
-    bool is_known = false;
-#if HAS_OWN_RAYS
-    ivec2 own = own_rays_at(r, receiver_texel(pixel));
-    is_known = own.x >= 0;
-    if (is_known)
-        irradiance = PI * texelFetch(t_own_near, own, 0).rgb;
-#endif
-#if HAS_OWN_RAYS < 2
-    if (r.z_vs > 0.0 && !is_known && !is_radius_under_a_pixel(r.z_vs)) {
+    float z = r.z_vs;
+#if GATHERED
+    vec4 found = texelFetch(t_gathered_near, receiver_texel(pixel), 0);
+    irradiance = PI * found.rgb;
+    z = found.a < 0.0 ? -z : z;
+#else
+    if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs)) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if FINDS_SECTORS
         irradiance = estimator_gathered(r, t);
@@ -87,8 +87,5 @@ void main()
 #if ADDS
     irradiance += texelFetch(t_added, pixel, 0).rgb;
 #endif
-    o_bounce = vec4(irradiance, r.z_vs);
-#if HAS_OWN_RAYS
-    o_bounce.a *= own_place(receiver_texel(pixel)) < 0 ? -1.0 : 1.0;
-#endif
+    o_bounce = vec4(irradiance, z);
 }

@@ -11,22 +11,18 @@
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
 // HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
-// HAS_OWN_RAYS 1: per-pixel rays take the march's place where there are some, 2: everywhere;
-// ALWAYS_MARCHES: there, too, for the visibility;
+// GATHERED 1: light that per-pixel rays have gathered takes the march's place, which tells visibility alone;
 // IS_OPEN (see screen_space/estimator.glsl); KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl).
 #define GATHERS_SENDERS 0
-#if HAS_OWN_RAYS && !ALWAYS_MARCHES
-// Most pixels have rays: for them the loop runs no round, which takes the time of one.
-#undef MOST_TOGETHER
-#endif
 #include "screen_space/estimator.glsl"
 #define TAKES_DIRECTIONS 0
 #include "screen_space/kept_directions.glsl"
 #include "lib/environment.glsl"
 #include "lights/ssdo_lights.glsl"
-#include "lib/far_field.glsl"
-#include "lib/own_rays.glsl"
 
+#if GATHERED
+uniform sampler2D t_gathered_far;  // as rays/shared_rays.glsl says
+#endif
 #if HAS_BAKED_OCCLUSION
 uniform sampler2D t_finish;  // g: baked visibility of the environment
 #endif
@@ -35,12 +31,10 @@ layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 
 // The environment is sampled unless it is constant: then visibility says it all. The
 // paper's estimator samples it all the same.
-#define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && SUMS_OPEN_LIGHT))
+#define SAMPLES_ENVIRONMENT (!GATHERED && (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && SUMS_OPEN_LIGHT)))
 
 // Where nothing blocks, the sampled light that corrects the exact one is what it corrects.
-const bool NEEDS_NO_MARCH = IS_OPEN == 1 && CONTROL_VARIATE > 0 && !bool(HAS_FAR_FIELD)
-                         || HAS_OWN_RAYS == 2 && ALWAYS_MARCHES == 0;
-const int HEMISPHERE_COUNT = NEEDS_NO_MARCH ? 0 : DIRECTION_COUNT;
+const int HEMISPHERE_COUNT = IS_OPEN == 1 && CONTROL_VARIATE > 0 ? 0 : DIRECTION_COUNT;
 
 // Sums over directions; pi times a sum of share * radiance is an irradiance.
 struct Gathered {
@@ -48,8 +42,6 @@ struct Gathered {
     vec3 open;             // share * radiance of the environment, open directions
     vec3 all;              // the same, all directions
     vec3 areas;            // rgs09: share * radiance of lights with an area, open directions
-    vec3 far;              // share * radiance of surfaces beyond R, open directions
-    float far_blocked;     // share of directions that such surfaces keep from the sky
 };
 
 #if FINDS_SECTORS
@@ -57,15 +49,14 @@ struct Gathered {
 const int SKY_COUNT = 4;
 
 // Adds what arrives in slice `i`; `share` is that of a direction of weight 1.
-void gather_slice(inout Gathered g, Receiver r, Tangent t, FarProbes probes, vec3 view, int i,
-                  float share, bool is_open)
+void gather_slice(inout Gathered g, Receiver r, Tangent t, vec3 view, int i, float share, bool is_open)
 {
     Sectors s = estimator_sectors(r, view, i);
     vec3 sent = vec3(0.0);
     uint hidden = is_open ? 0u : estimator_hidden(s, t, view, sample_point(r, i).z, sent);
     share *= sector_weight(s);
     g.blocked += share * float(bit_count(hidden));
-#if SAMPLES_ENVIRONMENT || HAS_FAR_FIELD
+#if SAMPLES_ENVIRONMENT
     float width = PI / float(SKY_COUNT);
     float start = s.slice.normal_angle - HALF_PI;
     float before = 0.0;
@@ -81,38 +72,21 @@ void gather_slice(inout Gathered g, Receiver r, Tangent t, FarProbes probes, vec
         float jitter = fract(s.jitter + 0.61803399 * float(k));
         angle += (jitter - 1.0) * width;
         vec3 w_vs = sin(angle) * s.slice.along_vs + cos(angle) * view;
-#if HAS_FAR_FIELD
-        vec4 far = far_radiance(probes, w_vs, k);
-        g.far += part * open * far.rgb;
-        g.far_blocked += part * open * far.a;
-        open *= 1.0 - far.a;
-#endif
-#if SAMPLES_ENVIRONMENT
         vec3 sky = part * environment_radiance(direction_ws_of(w_vs));
         g.all += sky;
         g.open += open * sky;
-#endif
     }
 #endif
 }
 #else
 // Adds what arrives along direction `d`, number `i`.
-void gather(inout Gathered g, Tangent t, FarProbes probes, int i, Direction d, Blocker b)
+void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
 {
     g.blocked += is_blocked(b) ? d.share : 0.0;
-    float open = is_blocked(b) ? 0.0 : 1.0;
-#if HAS_FAR_FIELD
-    if (open > 0.0) {
-        vec4 far = far_radiance(probes, d.w_vs, i);
-        g.far += d.share * far.rgb;
-        g.far_blocked += d.share * far.a;
-        open = 1.0 - far.a;
-    }
-#endif
 #if SAMPLES_ENVIRONMENT
     vec3 sky = d.share * environment_radiance(direction_ws_of(d.w_vs));
     g.all += sky;
-    g.open += open * sky;
+    g.open += is_blocked(b) ? vec3(0.0) : sky;
 #endif
 #if SSDO_AREA_COUNT > 0 && SUMS_OPEN_LIGHT
     // A light that stands nearer than what blocks the direction is seen all the same.
@@ -245,30 +219,23 @@ void main()
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if NEEDS_HEMISPHERE
         bool is_open = is_radius_under_a_pixel(r.z_vs);
-        Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
-        bool is_known = false;
-#if HAS_OWN_RAYS
-        ivec2 own = own_rays_at(r, receiver_texel(pixel));
-        is_known = own.x >= 0;
-#endif
-        bool marches = ALWAYS_MARCHES == 1 || !is_known;
-        FarProbes probes = far_probes_at(r, receiver_texel(pixel), marches);
+        Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0));
 #if FINDS_SECTORS
         vec3 view = toward_camera(r.position_vs);
         float share = estimator_sector_share(r, view);
-        for (int i = 0; marches && i < HEMISPHERE_COUNT; ++i)
-            gather_slice(g, r, t, probes, view, i, share, is_open);
+        for (int i = 0; i < HEMISPHERE_COUNT; ++i)
+            gather_slice(g, r, t, view, i, share, is_open);
 #else
         // Tested at its end: in software other loops cost two rounds more than they run.
         int i = 0;
-        if (HEMISPHERE_COUNT > 0 && marches) do {
+        if (HEMISPHERE_COUNT > 0) do {
             Direction d[TOGETHER];
             Blocker b[TOGETHER];
             blockers_of(r, t, i, d, b);
             for (int k = 0; k < TOGETHER; ++k) {
                 if (is_open)
                     b[k] = NO_BLOCKER;
-                gather(g, t, probes, i + k, d[k], b[k]);
+                gather(g, t, d[k], b[k]);
 #if KEPT_TEXTURE_COUNT > 0
                 keep_direction(b[k]);
 #endif
@@ -276,22 +243,22 @@ void main()
         } while ((i += TOGETHER) < HEMISPHERE_COUNT);
 #endif
         visibility = max(1.0 - g.blocked, 0.0);
-        float sky_visibility = max(visibility - g.far_blocked, 0.0);
-        vec3 sky = environment_arrived(r, g, sky_visibility);
-#if HAS_OWN_RAYS
-        if (is_known) {
-            vec4 found = texelFetch(t_own_far, own, 0);
-            sky = found.a * environment_irradiance(direction_ws_of(r.normal_vs));
-            g.far = found.rgb;
-        }
+        vec3 sky = environment_arrived(r, g, visibility);
+        irradiance = PI * g.areas;
+#else
+        vec3 sky = vec3(0.0);
+#endif
+#if GATHERED
+        vec4 found = texelFetch(t_gathered_far, receiver_texel(pixel), 0);
+        sky = found.a * environment_irradiance(direction_ws_of(r.normal_vs));
+        irradiance = PI * found.rgb;
 #endif
 #if HAS_BAKED_OCCLUSION
         // What an image says of finer things counts where it hides more than was found.
         float baked = texelFetch(t_finish, receiver_texel(pixel), 0).g;
         sky *= min(baked / max(visibility, 1e-3), 1.0);
 #endif
-        irradiance = sky + PI * (g.areas + g.far);
-#endif
+        irradiance += sky;
 #if SSDO_AREA_COUNT > 0 && !SUMS_OPEN_LIGHT
         for (int i = 0; i < SSDO_AREA_COUNT; ++i)
             irradiance += area_arrived(r, t, ssdo_light(i), r.first_point);

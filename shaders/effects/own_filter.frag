@@ -7,8 +7,12 @@
 // lib/far_probes.glsl).
 #include "rays/guide.glsl"
 
+#if IS_SECOND
+uniform sampler2D t_own_near;       // as effects/own_rays.frag writes it
+#else
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
-uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
+#endif
+uniform isampler2D t_own_places;  // as rays/shared_rays.glsl says
 uniform sampler2D t_own_far;
 #if BRIGHT_PIECES
 uniform sampler2D t_own_aimed;      // of aimed rays; the second time as the first has averaged it
@@ -23,8 +27,11 @@ uniform int u_many_rays;         // as in effects/own_rays.frag
 uniform int u_few_rays;
 uniform int u_many_count;
 
+// The second time for each pixel of the frame, as rays/shared_rays.glsl says.
 layout(location = 0) out vec4 o_far;
-#if BRIGHT_PIECES && !IS_SECOND
+#if IS_SECOND
+layout(location = 1) out vec4 o_near;
+#elif BRIGHT_PIECES
 layout(location = 1) out vec4 o_aimed;
 #endif
 
@@ -151,21 +158,32 @@ Light averaged(ivec2 texel, Light centre, vec3 p_vs, vec3 n_vs, float variance)
 
 void main()
 {
+    o_far = vec4(0.0);
+#if IS_SECOND
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    o_near = vec4(0.0);
+    int number = texelFetch(t_own_places, texel, 0).x;
+    if (number == 0)
+        return;
+    ivec2 place = place_of(number);
+    o_near = texelFetch(t_own_near, place, 0);
+    o_near.a = number < 0 ? -o_near.a : o_near.a;
+#else
     ivec2 place = ivec2(gl_FragCoord.xy);
     ivec2 texel = ivec2(texelFetch(t_own_pixels, place, 0).xy);
-    Light own = light_at(place);
-    o_far = own.far;
-#if BRIGHT_PIECES && !IS_SECOND
-    o_aimed = own.aimed;
+#if BRIGHT_PIECES
+    o_aimed = vec4(0.0);
 #endif
     if (texel.x < 0)
         return;
+#endif
+    Light own = light_at(place);
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
     vec4 about = rare_at(texel, p_vs, n_vs);
     float share = smoothstep(MOST_EVEN, 2.0 * MOST_EVEN, about.a);
-    int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
-    float variance = about.a / (TAPS * float(number < u_many_count ? u_many_rays : u_few_rays));
+    bool has_many = place.y * textureSize(t_own_far, 0).x + place.x < u_many_count;
+    float variance = about.a / (TAPS * float(has_many ? u_many_rays : u_few_rays));
     if (share > 0.0) {
         Light around = averaged(texel, own, p_vs, n_vs, variance);
         own = Light(mix(own.far, around.far, share), mix(own.aimed, around.aimed, share));

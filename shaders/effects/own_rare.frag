@@ -3,7 +3,7 @@
 // are, and what tells how uneven their light is.
 //
 // Defines: PROBE_TILE: see lib/far_probes.glsl.
-uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
+uniform isampler2D t_own_places;  // as rays/shared_rays.glsl says
 uniform sampler2D t_own_rare;    // as effects/own_rays.frag writes them
 uniform sampler2D t_own_light;
 uniform int u_tile_rows;         // from a tile's first probe up to its second

@@ -17,7 +17,7 @@ uniform int u_many_rays;         // of the first u_many_count pixels
 uniform int u_few_rays;          // of all others
 uniform int u_many_count;
 
-// As lib/own_rays.glsl says.
+// As rays/shared_rays.glsl says, a texel for each such pixel; o_near.a is never negative.
 layout(location = 0) out vec4 o_far;
 layout(location = 1) out vec4 o_near;
 // Radiance that counts for pixels far about, a: whose of the tile's probes is the pixel's surface,

@@ -38,8 +38,7 @@ uniform sampler2D t_value_0;
 uniform sampler2D t_value_1;
 #endif
 #if PARTS_EDGES == 2
-uniform isampler2D t_own_places;  // negative: the pixel traces many rays
-uniform bool u_has_own_rays;
+uniform sampler2D t_gathered_near;  // a negative: the pixel traces many rays
 #endif
 uniform sampler2D t_light;     // r: a pixel's light, g: the variance of that
 uniform float u_noise_tolerance;  // squared differences of light, in the variance of both
@@ -224,7 +223,7 @@ bool is_edge(ivec2 texel, float z)
 #if PARTS_EDGES == 1
     return z < 0.0;
 #elif PARTS_EDGES == 2
-    return u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0;
+    return texelFetch(t_gathered_near, texel, 0).a < 0.0;
 #else
     return false;
 #endif

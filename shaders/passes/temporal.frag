@@ -22,8 +22,7 @@ uniform sampler2D t_past_1;
 #endif
 uniform float u_most_frames;     // averaged at most
 #if HAS_CONTACTS
-uniform isampler2D t_own_places;  // negative: the pixel traces many rays
-uniform bool u_has_own_rays;
+uniform sampler2D t_gathered_near;  // a negative: the pixel traces many rays
 #endif
 
 #if HAS_CONTACTS
@@ -35,7 +34,7 @@ const float MOST_FRAMES_AT_CONTACTS = 6.0;
 float most_frames(ivec2 texel)
 {
 #if HAS_CONTACTS
-    if (u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0)
+    if (texelFetch(t_gathered_near, texel, 0).a < 0.0)
         return min(u_most_frames, MOST_FRAMES_AT_CONTACTS);
 #endif
     return u_most_frames;
@@ -151,11 +150,10 @@ Past past_of(ivec2 texel, float z)
             past.values[i] /= past.weight;
         past.aside /= past.weight;
 #if HAS_CONTACTS
-        if (u_has_own_rays && max(abs(past.aside.x), abs(past.aside.y)) > LEAST_ASIDE)
-            bring_back(past, texel, z);
         // Where few of the four show the surface, the others lie to one side of the point: what they
         // know is of another place, and counts the less for that. The pixel traces the more rays.
-        past.frames /= u_has_own_rays ? 1.0 : past.weight;
+        if (max(abs(past.aside.x), abs(past.aside.y)) > LEAST_ASIDE)
+            bring_back(past, texel, z);
 #else
         past.frames /= past.weight;
 #endif

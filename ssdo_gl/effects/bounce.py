@@ -13,7 +13,6 @@ from ssdo_gl.effects.near_field import (
     can_share_directions,
     estimator_settings,
     filtered,
-    traces_own,
 )
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.effects.sender_bound import sender_bound
@@ -22,7 +21,7 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.draw_inputs import draw_inputs
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
-from ssdo_gl.passes.own_lookup import OWN_RAYS, own_defines, own_uniforms, tell_all
+from ssdo_gl.passes.own_lookup import GATHERED
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -105,8 +104,8 @@ class BouncePass(RenderPass):
         pass wrote with the same directions, instead of looking for it again.
     adds : str or None
         Resource of the same size whose irradiance is added up with the bounce.
-    has_own_rays : bool
-        Where there are per-pixel rays, their light takes the place of the march's.
+    is_gathered : bool
+        The light of per-pixel rays takes the place of the march's.
     terms : SenderTerms or None
         Diffuse terms to add up at each sender, instead of reading ``sender_radiance``.
     """
@@ -122,17 +121,20 @@ class BouncePass(RenderPass):
         takes_directions: bool = False,
         adds: str | None = None,
         terms: SenderTerms | None = None,
-        has_own_rays: bool = False,
+        is_gathered: bool = False,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
-        edges = tuple(name for name in OWN_RAYS if has_own_rays and name != "own_far")
         kept = kept_names(settings) if takes_directions else ()
-        self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *back, *kept, *edges)}
         sent = {"t_sender_radiance": "sender_radiance"}
-        self._wiring |= sent if terms is None else terms.wiring(glossy=False)
+        sent = sent if terms is None else terms.wiring(glossy=False)
+        self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs")}
+        if is_gathered:
+            self._wiring[f"t_{GATHERED[1]}"] = GATHERED[1]
+        else:
+            self._wiring |= {f"t_{name}": name for name in (*back, *kept)} | sent
         self._terms = terms
         if adds is not None:
             self._wiring["t_added"] = adds
@@ -146,6 +148,7 @@ class BouncePass(RenderPass):
                 settings, bool(back), settings.refinements, keeps_directions=takes_directions
             ),
             "ADDS": int(adds is not None),
+            "GATHERED": int(is_gathered),
             "SUMS_SENDERS": int(terms is not None),
             "GLOSSY": 0,
         }
@@ -156,13 +159,6 @@ class BouncePass(RenderPass):
         directions = self.settings.direction_count * self.settings.resolution_scale**2
         return directions > 1.0 or not ESTIMATORS[self.settings.estimator].names_blockers
 
-    def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
-        """Return all that march and senders read, where per-pixel rays take their place."""
-        if "t_own_near" not in self._wiring or not tell_all(facts):
-            return frozenset()
-        kept = {"z_vs", "normals_vs", self._wiring.get("t_added"), *OWN_RAYS}
-        return frozenset(self.reads) - kept
-
     def execute(self, context: PassContext) -> None:
         draw_inputs(
             context,
@@ -170,15 +166,11 @@ class BouncePass(RenderPass):
                 "effects/bounce.frag",
                 {
                     **self._defines,
-                    **own_defines(context),
                     **(self._terms or SenderTerms()).defines(context.inputs),
                 },
                 ESTIMATORS[self.settings.estimator].choices,
             ),
-            {
-                **uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
-                **own_uniforms(context),
-            },
+            uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
             self._wiring,
         )
 
@@ -227,7 +219,8 @@ class Bounce(Effect):
         A frame takes .78 of the time in courtyard, .88 with a scanned rabbit.
         """
         first = request.first_march
-        if first is None or not can_share_directions(request, first, self.name):
+        is_marched = not request.runs("far_field")
+        if first is None or not is_marched or not can_share_directions(request, first, self.name):
             return
         settings = estimator_settings(request, self.name, BounceSettings)
         request.kept_refinements = settings.refinements
@@ -243,7 +236,7 @@ class Bounce(Effect):
             ),
             has_back_layer=request.runs("back_layer"),
             takes_directions=request.kept_refinements is not None,
-            has_own_rays=traces_own(request),
+            is_gathered=request.runs("far_field"),
         )
         yield item, "light from blocked directions"
         yield filtered(request, "bounce_filter", "bounce_raw", "bounce_irradiance")

@@ -12,9 +12,7 @@ from ssdo_gl.effects.near_field import (
     OPEN_DIRECTIONS,
     estimator_of,
     estimator_settings,
-    far_field_settings,
     filtered,
-    traces_own,
 )
 from ssdo_gl.effects.request import Decision, Request, Shortcut
 from ssdo_gl.graph.frame import Frame, FrameView
@@ -29,14 +27,8 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_defines,
     environment_uniforms,
 )
-from ssdo_gl.passes.far_probes import (
-    FAR_POINTS,
-    FAR_RADIANCE,
-    FarFieldSettings,
-    probe_defines,
-)
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
-from ssdo_gl.passes.own_lookup import OWN_RAYS, own_defines, own_uniforms, tell_all
+from ssdo_gl.passes.own_lookup import GATHERED
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -61,7 +53,7 @@ class DirectionalSettings(ScreenSpaceSettings):
     control: str = setting(
         "auto",
         "march: how the environment's exact light corrects the sampled light; "
-        "auto: ratio for a map and for gi, else subtract",
+        "auto: ratio for a map, else subtract",
         choices=("auto", "subtract", "ratio", "none"),
     )
     light_steps: int = setting(
@@ -106,20 +98,16 @@ class DirectionalPass(RenderPass):
         ``environment`` and ``environment_irradiance`` are read.
     has_baked_occlusion : bool
         Read from ``finish`` how much of the environment images say that surfaces see.
-    far_field : FarFieldSettings or None
-        Of the probes that hold radiance from beyond R.
-    has_own_rays : bool
-        Where there are per-pixel rays, their light takes the place of the march's.
-    always_marches : bool
-        Find the visibility of such pixels, too.
+    is_gathered : bool
+        The light of per-pixel rays takes the place of the march's, which finds visibility alone.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     marches_to_lights : bool
         There may be lights that arrive through SSDO.
     needs_visibility : bool
-        Whether anyone reads the visibility. Without it and without an environment, the
-        hemisphere is not sampled at all (lights have directions of their own), and
-        visibility comes out as 1.
+        Whether anyone reads the visibility. Without it and without an environment whose light
+        marches find, the hemisphere is not sampled at all (lights have directions of their own),
+        and visibility comes out as 1.
     is_open : bool
         It is known that nothing in view blocks any direction within R.
     keeps : int or None
@@ -139,9 +127,7 @@ class DirectionalPass(RenderPass):
         needs_visibility: bool = True,
         is_open: bool = False,
         keeps: int | None = None,
-        far_field: FarFieldSettings | None = None,
-        has_own_rays: bool = False,
-        always_marches: bool = True,
+        is_gathered: bool = False,
         has_baked_occlusion: bool = False,
     ) -> None:
         self.name = "directional"
@@ -149,11 +135,9 @@ class DirectionalPass(RenderPass):
         self.reads = (
             "z_vs",
             "normals_vs",
-            # First, since they tell whether what follows is read.
-            *(OWN_RAYS if has_own_rays else ()),
+            *(GATHERED[:1] if is_gathered else ()),
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
-            *((FAR_POINTS, FAR_RADIANCE) if far_field is not None else ()),
             *(("finish",) if has_baked_occlusion else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
@@ -163,16 +147,15 @@ class DirectionalPass(RenderPass):
         self.depends_on = ("view", "seed", "lights", "environment")
         control = settings.control
         if control == "auto":
-            # In a cellar under a grating next to no sky is left to subtract from.
-            is_narrow = environment == "map" or far_field is not None
-            control = "ratio" if is_narrow else "subtract"
-        is_paper = ESTIMATORS[settings.estimator].sums_open_light
+            control = "ratio" if environment == "map" else "subtract"
+        is_paper = ESTIMATORS[settings.estimator].sums_open_light and not is_gathered
         if is_paper:
             control = "none"
         self._has_back_layer = has_back_layer
         self._marches_to_lights = marches_to_lights
         self._lights: LastMade[list[Light]] = LastMade()
         self._light_values: LastMade[dict[str, Any]] = LastMade()
+        is_lit = environment != "none" and not is_gathered
         self._defines = {
             **defines(
                 settings,
@@ -183,18 +166,12 @@ class DirectionalPass(RenderPass):
             ),
             **environment_defines(environment),
             "HAS_BAKED_OCCLUSION": int(has_baked_occlusion),
-            "ALWAYS_MARCHES": int(always_marches or has_baked_occlusion),
+            "GATHERED": int(is_gathered),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
             "SUMS_OPEN_LIGHT": int(is_paper),
-            "NEEDS_HEMISPHERE": int(needs_visibility or environment != "none" or is_paper),
-            **probe_defines(far_field),
+            "NEEDS_HEMISPHERE": int(needs_visibility or is_lit or is_paper),
         }
-
-    def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
-        """Return what the march reads, where per-pixel rays take its place."""
-        is_spared = not self._defines["ALWAYS_MARCHES"] and not self._marches_to_lights
-        return frozenset({"z_layers"} if is_spared and tell_all(facts) else ())
 
     def execute(self, context: PassContext) -> None:
         frame, view = context.frame, context.frame.view
@@ -205,7 +182,6 @@ class DirectionalPass(RenderPass):
         area_count = sum(light.form is Form.AREA for light in lights)
         all_defines = {
             **self._defines,
-            **own_defines(context),
             "SSDO_AREA_COUNT": area_count,
             "SSDO_POINT_COUNT": len(lights) - area_count,
         }
@@ -219,7 +195,6 @@ class DirectionalPass(RenderPass):
             {
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
-                **own_uniforms(context),
             },
             self.reads,
         )
@@ -277,19 +252,20 @@ class Directional(Effect):
         """Yield estimator and filter."""
         settings = estimator_settings(request, "directional", DirectionalSettings)
         is_open = request.takes(OPEN_DIRECTIONS)
-        far_field = None
-        if request.runs("far_field"):
-            far_field = far_field_settings(request)
+        is_gathered, is_baked = request.runs("far_field"), request.content.has_baked_occlusion
+        needs_visibility = not request.takes(LIGHTS_ONLY)
+        if is_gathered:
+            needs_visibility = is_baked or "visibility" in request.wanted
+        marches_to_lights = request.has_light("ssdo")
+        marches = not is_gathered or needs_visibility or marches_to_lights
         item = DirectionalPass(
             settings,
             environment=kind_of(request.scene.environment),
-            far_field=far_field,
-            has_own_rays=traces_own(request),
-            always_marches="visibility" in request.wanted,
-            has_back_layer=request.runs("back_layer"),
-            marches_to_lights=request.has_light("ssdo"),
-            needs_visibility=not request.takes(LIGHTS_ONLY),
-            has_baked_occlusion=request.content.has_baked_occlusion,
+            is_gathered=is_gathered,
+            has_back_layer=marches and request.runs("back_layer"),
+            marches_to_lights=marches_to_lights,
+            needs_visibility=needs_visibility,
+            has_baked_occlusion=is_baked,
             is_open=is_open,
             keeps=None if is_open else request.kept_refinements,
         )

@@ -9,7 +9,8 @@ from typing import ClassVar
 import moderngl
 
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.near_field import far_field_settings, receiver_stride, traces_own
+from ssdo_gl.effects.gathered_light import GatheredLightPass
+from ssdo_gl.effects.near_field import far_field_settings, receiver_stride
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Decision, Request
 from ssdo_gl.gpu.texture import make_texture
@@ -42,7 +43,7 @@ class FarProbesPass(RenderPass):
     """Writes where probes stand, and `far_radiance`: what they see beyond R, by direction.
 
     All frames of a steady view share it. In a live frame that has moved, or whose light is
-    still spreading, there are none where probes give way to per-pixel rays.
+    still spreading, there are none.
     """
 
     name = "far_probes"
@@ -58,12 +59,10 @@ class FarProbesPass(RenderPass):
         features: RayFeatures,
         *,
         is_steady: bool,
-        gives_way: bool = False,
     ) -> None:
         self.settings = settings
         self.features = features
         self.is_steady = is_steady
-        self._may_give_way = gives_way
         self.reads = (*SURFACES, *ray_reads(features, shades=True), *cache_tables(features))
         self.steady_reads = SURFACES if is_steady else ()
         self._of_view = ("steady_view" if is_steady else "view", "geometry")
@@ -78,7 +77,7 @@ class FarProbesPass(RenderPass):
         rays = ProbeRays(source, (context.inputs["surface_cache"], changed))
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
         is_of_light = known is not None and known.light == rays.light
-        if self._may_give_way and frame.is_live and (frame.moves > 0 or not context.is_complete):
+        if frame.is_live and (frame.moves > 0 or not context.is_complete):
             points = radiance = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
             is_brief = not (context.is_complete and (is_of_light or known is None))
             rays = replace(rays, gives_way=True, is_brief=is_brief)
@@ -161,7 +160,7 @@ class FarField(Effect):
                 (not is_lit, "there is no light at all"),
                 (self._is_alone(request), "what is in view is a box that stands alone"),
             ],
-            ("far_probes", "own_rays", "cached_irradiance"),
+            ("far_probes", "own_rays", "gathered_light", "cached_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
@@ -180,16 +179,15 @@ class FarField(Effect):
         settings = far_field_settings(request)
         # What is translucent is another surface in each frame.
         is_steady = not request.content.has_translucency
-        if traces_own(request) and settings.aimed_rays:
+        if settings.aimed_rays:
             yield BrightTablesPass(), "what is so bright that rays are aimed at it"
         features = replace(request.cache_features, glow_is_direct=request.runs("emitters"))
         sky = kind_of(request.scene.environment)
-        has_own = traces_own(request)
-        item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=has_own)
+        item = FarProbesPass(settings, features, is_steady=is_steady)
         yield item, "radiance from beyond R, at probes"
-        if has_own:
-            stride = receiver_stride(request)
-            own = OwnRaysPass(settings, features, sky, stride, is_steady=is_steady)
-            yield own, "light gathered by per-pixel rays"
+        stride = receiver_stride(request)
+        own = OwnRaysPass(settings, features, sky, stride, is_steady=is_steady)
+        yield own, "light gathered by per-pixel rays"
+        yield GatheredLightPass(settings, features, sky, stride), "their light in this frame"
         cached = CachedIrradiancePass(features, is_steady=is_steady)
-        yield cached, "what senders within R receive, all bounces"
+        yield cached, "what reflected surfaces receive, all bounces"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import moderngl
@@ -21,10 +22,8 @@ from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import EnvironmentKind
 
-# Channels of the pixel's place and its normal's code, and of the light from beyond R and within.
-FORMATS: tuple[tuple[int, Dtype], ...] = ((2, "i4"), (4, "f4"), (4, "f4"))
-# Of all light together, and whose rays it was found by.
-LIGHT_FORMAT: tuple[int, Dtype] = (2, "f4")
+# Channels of the light from beyond R and within, and of all together, and whose rays found it.
+FORMATS: tuple[tuple[int, Dtype], ...] = ((4, "f4"), (4, "f4"), (2, "f4"))
 # How many frames tell how bright pixels are, and where more than the camera moves.
 GUIDE_FRAMES, BRIEF_GUIDE_FRAMES = 16, 3
 
@@ -72,7 +71,7 @@ def moving_rays(
     reads: tuple[str, ...],
     past: SeenSurfaces | None,
 ) -> tuple[tuple[moderngl.Texture, ...], SeenSurfaces]:
-    """Return `own_places`, `own_far` and `own_near` of a frame, and what it sees.
+    """Return `own_far` and `own_near` of a frame, and what it sees.
 
     Parameters
     ----------
@@ -84,12 +83,45 @@ def moving_rays(
         What the last frame has seen.
     """
     frame = context.frame
-    forms = (*FORMATS, LIGHT_FORMAT)
-    made = [make_texture(context.gl, frame.view.size, *form) for form in forms]
+    made = [make_texture(context.gl, frame.view.size, *form) for form in FORMATS]
     has_past = past is not None and is_framed_alike(past.view, frame.view)
     past = past if has_past else None
     numbers, known = numbers_of_rays(context, radius, counts, stride, past)
+    more = {"t_numbers": numbers}
+    trace(context, made, radius, counts.aimed, features, environment, stride, reads, more)
+    far, near, light = made
+    most_frames = BRIEF_GUIDE_FRAMES if counts.is_brief else GUIDE_FRAMES
+    seen = guide_of(context, light, stride, known, most_frames)
+    far, near = averaged(context, far, near, seen.guide, stride)
+    return (far, near), seen
+
+
+def trace(
+    context: PassContext,
+    made: Sequence[moderngl.Texture],
+    radius: float,
+    aimed: int,
+    features: RayFeatures,
+    environment: EnvironmentKind,
+    stride: int,
+    reads: Iterable[str],
+    textures: Mapping[str, moderngl.Texture],
+    many: int | None = None,
+) -> None:
+    """Trace rays of all pixels, or of those that share none, spread evenly.
+
+    Parameters
+    ----------
+    aimed : int
+        How many more are aimed.
+    textures : mapping of str to Texture
+        `t_numbers`, or those that hold what pixels share.
+    many : int or None
+        How many rays have those that share none; None: all have rays of this very frame.
+    """
+    frame = context.frame
     defines = {
+        "SHARES_RAYS": int(many is not None),
         **ray_defines(context, features),
         **environment_defines(environment),
         "BRIGHT_PIECES": int(pieces_of(context) is not None),
@@ -102,19 +134,16 @@ def moving_rays(
         "u_sky": mean_radiance(frame.scene.environment),
         "u_receiver_stride": stride,
     }
-    defines["OPENINGS"], aims = opening_uniforms(context) if counts.aimed else (0, {})
+    defines["OPENINGS"], aims = opening_uniforms(context) if aimed else (0, {})
     uniforms |= aims
     if environment == "map" or aims:
-        uniforms["u_sky_rays"] = counts.aimed
+        uniforms["u_sky_rays"] = aimed
     if pieces := pieces_of(context):
-        uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": counts.aimed}
-    textures = {**textures_of(context, reads), **bright_reads(context), "t_numbers": numbers}
+        uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": aimed}
+    if many is not None:
+        uniforms["u_ray_count"] = many
+    textures = {**textures_of(context, reads), **bright_reads(context), **textures}
     fill(context, made, "effects/moving_rays.frag", defines, uniforms, textures)
-    places, far, near, light = made
-    most_frames = BRIEF_GUIDE_FRAMES if counts.is_brief else GUIDE_FRAMES
-    seen = guide_of(context, light, stride, known, most_frames)
-    far, near = averaged(context, far, near, seen.guide, stride)
-    return (places, far, near), seen
 
 
 def numbers_of_rays(

@@ -52,14 +52,6 @@ def reads_backs(settings: Settings) -> bool:
     return ESTIMATORS[settings.chosen_estimator].reads_backs
 
 
-def traces_own(request: Request) -> bool:
-    """Return whether there are per-pixel rays."""
-    if not request.runs("far_field"):
-        return False
-    settings = request.settings_of("far_field", FarFieldSettings)
-    return max(settings.pixel_rays, settings.edge_rays) > 0
-
-
 def far_field_settings(request: Request) -> FarFieldSettings:
     """Return the settings of the far field, with tiles that suit the frame."""
     settings = request.settings_of("far_field", FarFieldSettings)
@@ -90,7 +82,7 @@ def filtered(
         name,
         overridden(request.settings, name, of_all),
         Signal(source, result, is_visibility, holds_z, is_of_gloss),
-        parts_edges=is_light and traces_own(request),
+        parts_edges=is_light and request.runs("far_field"),
     )
     return item, "removes the sampling noise along surfaces"
 

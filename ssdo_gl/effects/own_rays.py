@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ssdo_gl.effects.moving_rays import FORMATS, moving_rays, ray_counts
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
-from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.resource import Dtype, TextureSpec
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -49,6 +49,8 @@ MOST_PARTS = 16
 # Of textures with a texel for each such pixel: so many to a row, more where rows would be more
 # than any device has.
 PIXELS_PER_ROW, MOST_ROWS = 256, 8192
+# Channels of the pixel's place and its normal's code.
+PLACES_FORMAT: tuple[int, Dtype] = (2, "i4")
 # As effects/own_pixels.frag writes it, in eight bits.
 EDGE = 255
 
@@ -78,7 +80,8 @@ def places_of(
     places.flat[chosen] = np.arange(1, len(chosen) + 1)
     places.flat[chosen[:many]] *= -1
     columns = max(PIXELS_PER_ROW, -(-len(chosen) // MOST_ROWS))
-    pixels = np.full((-(-len(chosen) // columns), columns, 2), -1.0, np.float32)
+    rows = max(-(-len(chosen) // columns), 1)
+    pixels = np.full((rows, columns, 2), -1.0, np.float32)
     # Floats, which hold no number of a frame of more than 16 million pixels, hold these two.
     pixels.reshape(-1, 2)[: len(chosen)] = np.stack([chosen % size[0], chosen // size[0]], axis=-1)
     return places, pixels
@@ -96,9 +99,9 @@ class OwnRaysPass(RenderPass):
 
     name = "own_rays"
     writes: Mapping[str, TextureSpec] = {
-        name: TextureSpec(*form, own=True) for name, form in zip(OWN_RAYS, FORMATS, strict=True)
+        name: TextureSpec(*form, own=True)
+        for name, form in zip(OWN_RAYS, (PLACES_FORMAT, *FORMATS[:2]), strict=True)
     }
-    spares = True
     is_gradual = True
     lags = False
 
@@ -134,40 +137,56 @@ class OwnRaysPass(RenderPass):
         """Trace the rays of some of the pixels, or a few for each."""
         frame, probes = context.frame, context.facts[FAR_RADIANCE]
         assert isinstance(probes, ProbeRays)
-        parts = min(frame.count**2, MOST_PARTS) if self.is_steady else 1
+        known = facts_of(context, OWN_RAYS[0], OwnRays)
         self.is_settled = True
         if probes.gives_way:
-            reads = tuple(n for n in self._read() if n != FAR_POINTS)
-            counts = ray_counts(self.settings, is_brief=probes.is_brief and frame.moves > 0)
-            if frame.moves == 0:
-                # Light alone changes: noise stands still, and more rays take 1.2 of the time.
-                few = counts.few
-                counts = counts._replace(at_contacts=few, at_outlines=few, is_brief=True)
-            radius, kind = self.settings.radius, self.environment
-            last = facts_of(context, OWN_RAYS[0], OwnRays)
-            past = None if last is None else last.seen
-            made, seen = moving_rays(
-                context, radius, counts, self.features, kind, self.stride, reads, past
-            )
-            moved = OwnRays(probes, made, is_known=True, are_all=True, seen=seen)
-            return self._produced(context, moved)
-        known = facts_of(context, OWN_RAYS[0], OwnRays)
+            return self._produced(self._moving(context, probes, known))
         if known is not None and (known.source, known.stride) == (probes, self.stride):
             rays = known
         else:
             rays = self._begun(context, probes)
-        if rays.textures and not rays.is_known:
+        if not rays.is_known:
+            parts = min(frame.count**2, MOST_PARTS) if self.is_steady else 1
             done = rays.parts + 1 if frame.is_live else parts
-            height = rays.textures[1].height
+            height = rays.traced[0].height
             low, high = (height * n // parts for n in (rays.parts, done))
             self._trace(context, rays, (low, high))
             rays = replace(rays, parts=done, is_known=done == parts)
             if rays.is_known:
                 # Where they start and what they follow is asked no more.
-                shown = self._averaged(context, rays)[: len(OWN_RAYS)]
-                rays = replace(rays, textures=shown)
-        self.is_settled = rays.is_known or not rays.textures
-        return self._produced(context, rays)
+                shown = self._averaged(context, rays)
+                rays = replace(rays, shown=shown, shown_view=rays.view, traced=(), seen=None)
+            else:
+                now = known
+                if now is None or not self._is_shown(now, probes, context):
+                    now = self._moving(context, probes, known)
+                rays = replace(rays, shown=now.shown, shown_view=now.shown_view, seen=now.seen)
+        self.is_settled = rays.is_known
+        return self._produced(rays)
+
+    def _is_shown(self, known: OwnRays, probes: ProbeRays, context: PassContext) -> bool:
+        """Return whether the light that a live frame has shown is that of this one, too."""
+        is_lit_so = known.source.light == probes.light and known.stride == self.stride
+        return is_lit_so and known.shown_view == context.frame.view.key()
+
+    def _moving(self, context: PassContext, probes: ProbeRays, last: OwnRays | None) -> OwnRays:
+        """Return rays of every pixel of a live frame that has moved, or has none yet."""
+        frame = context.frame
+        counts = ray_counts(self.settings, is_brief=probes.is_brief and frame.moves > 0)
+        if frame.moves == 0 and probes.gives_way:
+            # Light alone changes: noise stands still, and more rays take 1.2 of the time.
+            few = counts.few
+            counts = counts._replace(at_contacts=few, at_outlines=few, is_brief=True)
+        reads = tuple(name for name in self._read() if name not in (FAR_POINTS, *OWN_RAYS))
+        # A view that begins at rest depends on none before.
+        past = last.seen if last is not None and probes.gives_way else None
+        made, seen = moving_rays(
+            *(context, self.settings.radius, counts, self.features, self.environment),
+            *(self.stride, reads, past),
+        )
+        nowhere = make_texture(context.gl, (1, 1), *PLACES_FORMAT, 2 * [0])
+        view, shown = frame.view.key(), (nowhere, *made)
+        return OwnRays(probes, view, shown, view, stride=self.stride, is_known=True, seen=seen)
 
     def _begun(self, context: PassContext, probes: ProbeRays) -> OwnRays:
         """Find the pixels, and return room for what their rays will find."""
@@ -183,26 +202,21 @@ class OwnRaysPass(RenderPass):
         classes, code_x, code_y, _ = np.frombuffer(flags.read(), np.uint8).reshape(-1, 4).T
         flags.release()
         chosen, many = self._chosen(classes)
-        if not len(chosen):
-            return OwnRays(probes, stride=self.stride)
         places, pixels = places_of(chosen, many, frame.view.size)
         codes = (code_x + (code_y.astype(np.int32) << 8)).reshape(places.shape)
         places = np.concatenate([places, codes], axis=-1)
         size = pixels.shape[1], pixels.shape[0]
-        textures = (
-            make_texture(gl, frame.view.size, *FORMATS[0], places),
+        traced = (
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 4, "f4"),
+            make_texture(gl, frame.view.size, *PLACES_FORMAT, places),
             make_texture(gl, size, 2, "f4", pixels),
             self._guide(context),
             make_texture(gl, size, 4 if self._openings(context)[0] else 2, "f4"),
             make_texture(gl, size, 4, "f4"),
             *((make_texture(gl, size, 4, "f4"),) if pieces_of(context) is not None else ()),
         )
-        # A picture of one frame shows no other place of a surface.
-        is_own = not self.is_steady or frame.count == 1
-        are_all = is_own and self.settings.pixel_rays > 0
-        return OwnRays(probes, textures, stride=self.stride, many=many, are_all=are_all)
+        return OwnRays(probes, frame.view.key(), traced=traced, stride=self.stride, many=many)
 
     def _guide(self, context: PassContext) -> moderngl.Texture:
         """Return how often rays are to follow each direction of the probes."""
@@ -216,11 +230,10 @@ class OwnRaysPass(RenderPass):
 
     def _chosen(self, classes: NDArray[np.uint8]) -> tuple[NDArray[np.integer[Any]], int]:
         """Return the pixels that have rays, and how many of them, the first ones, have many."""
-        few = self.settings.pixel_rays
-        if few == self.many_rays:
+        if self.settings.pixel_rays == self.many_rays:
             return np.flatnonzero(classes), 0
         edges = np.flatnonzero(classes == EDGE)
-        others = np.flatnonzero((classes != EDGE) & (classes > 0)) if few else edges[:0]
+        others = np.flatnonzero((classes != EDGE) & (classes > 0))
         return np.concatenate([edges, others]), len(edges)
 
     def _trace(self, context: PassContext, rays: OwnRays, rows: tuple[int, int]) -> None:
@@ -248,7 +261,7 @@ class OwnRaysPass(RenderPass):
             uniforms["u_sky_rays"] = aimed_rays
         if pieces := pieces_of(context):
             uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": aimed_rays}
-        _, far, near, pixels, guide, light, rare, *aimed = rays.textures
+        far, near, _, pixels, guide, light, rare, *aimed = rays.traced
         defines["BRIGHT_PIECES"] = len(aimed)
         textures = textures_of(context, self._read()) | bright_reads(context)
         textures |= {"t_own_pixels": pixels, "t_own_guide": guide}
@@ -281,12 +294,13 @@ class OwnRaysPass(RenderPass):
         }
 
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
-        """Return the textures of `rays` with light averaged over pixels about."""
-        places, far, near, pixels, _, light, rare, *aimed = rays.textures
+        """Return what `rays` have gathered for each pixel, averaged over pixels about."""
+        far, near, places, pixels, _, light, rare, *aimed = rays.traced
         gl, size = context.gl, context.inputs[FAR_POINTS].size
         found = [make_texture(gl, size, 4, "f4"), make_texture(gl, size, 2, "f4")]
         spread = make_texture(gl, size, 4, "f4")
-        once, twice = (make_texture(gl, far.size, 4, "f4") for _ in range(2))
+        once = make_texture(gl, far.size, 4, "f4")
+        shown = [make_texture(gl, places.size, 4, "f4") for _ in OWN_RAYS[1:]]
         tile = {"PROBE_TILE": self.settings.tile}
         by_tile = {"t_own_places": places, "t_own_rare": rare, "t_own_light": light}
         fill(context, found, "effects/own_rare.frag", tile, {"u_tile_rows": size[1] // 2}, by_tile)
@@ -299,7 +313,6 @@ class OwnRaysPass(RenderPass):
         by_probe = {"t_rare": found[0], "t_light": found[1]} | reads
         fill(context, [spread], "effects/own_spread.frag", guided, uniforms, by_probe)
         by_pixel = {
-            "t_own_pixels": pixels,
             "t_own_places": places,
             "t_own_far": far,
             "t_own_rare": rare,
@@ -314,21 +327,20 @@ class OwnRaysPass(RenderPass):
         guided["OPENINGS"], _ = self._openings(context)
         if guided["OPENINGS"]:
             by_pixel["t_own_light"] = light
-        for made in ((once, *averaged), (twice,)):
-            defines = {**guided, "IS_SECOND": int(made == (twice,))}
-            fill(context, made, "effects/own_filter.frag", defines, uniforms, by_pixel)
-            by_pixel["t_own_far"] = made[0]
+        for made, more in (
+            ([once, *averaged], {"t_own_pixels": pixels}),
+            (shown, {"t_own_near": near}),
+        ):
+            defines = {**guided, "IS_SECOND": int(made is shown)}
+            textures = by_pixel | more
+            fill(context, made, "effects/own_filter.frag", defines, uniforms, textures)
+            by_pixel["t_own_far"] = once
             if averaged:
                 by_pixel["t_own_aimed"] = averaged[0]
-        return places, twice, near
+        return places, *shown
 
-    def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
-        """Return the textures of `rays`, or stand-ins for those that are not known."""
-        shown = rays.textures[:3] if rays.is_known else None
-        if shown is None:
-            shown = tuple(
-                make_texture(context.gl, (1, 1), *form, form[0] * [0]) for form in FORMATS
-            )
-        first, *others = shown
+    def _produced(self, rays: OwnRays) -> Produced:
+        """Return what is shown of `rays`."""
+        first, *others = rays.shown
         named = zip(OWN_RAYS[1:], others, strict=True)
         return {OWN_RAYS[0]: TextureWithFacts(first, rays), **dict(named)}

@@ -12,7 +12,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
-from ssdo_gl.passes.own_lookup import OWN_RAYS, own_uniforms
+from ssdo_gl.passes.own_lookup import GATHERED
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
@@ -137,7 +137,7 @@ class EdgeAwareFilterPass(RenderPass):
         passes, because what weighs a neighbour is looked up once.
     parts_edges : bool
         Pixels at contacts, which trace many rays, and others do not mix. Where a source holds
-        depths, those of the former are negative; else `own_places` tells.
+        depths, those of the former are negative; else `gathered_near` tells.
     leaves_last : bool
         Whoever reads the results runs the last stage, see `LastStage`: they have the
         sources' size.
@@ -170,7 +170,7 @@ class EdgeAwareFilterPass(RenderPass):
         self.signals = signals
         self.parts_edges = parts_edges
         says_edges = any(signal.holds_z for signal in signals)
-        edges = OWN_RAYS[:1] if parts_edges and not says_edges else ()
+        edges = GATHERED[1:] if parts_edges and not says_edges else ()
         gloss = ("gloss",) if any(signal.is_of_gloss for signal in signals) else ()
         light = () if self.levels is None else (self.levels.source,)
         times = () if factor is None else (factor,)
@@ -250,7 +250,6 @@ class EdgeAwareFilterPass(RenderPass):
                 framebuffer,
                 {
                     **uniforms(self.settings, context.frame),
-                    **(own_uniforms(context) if stage.kind in (_SEPARABLE, _BOX) else {}),
                     **values_of_levels,
                 },
                 textures,
@@ -301,10 +300,7 @@ class LastStage(NamedTuple):
 
     def uniforms(self, context: PassContext) -> dict[str, Any]:
         """Return the uniforms of ``lib/edge_aware_filter.glsl``."""
-        return {
-            **uniforms(self.settings, context.frame),
-            **(own_uniforms(context) if self.stage.kind in (_SEPARABLE, _BOX) else {}),
-        }
+        return uniforms(self.settings, context.frame)
 
 
 def without_last_stage(

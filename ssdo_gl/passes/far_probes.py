@@ -1,4 +1,4 @@
-"""The screen probes of the far field: their settings, and what passes set to look them up."""
+"""The screen probes of the far field: their settings, and what is known of them."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class FarFieldSettings:
     )
     pixel_rays: int = setting(
         6,
-        "per-pixel rays at rest; 0: none",
+        "per-pixel rays at rest",
         unit="rays",
-        low=0,
+        low=1,
         high=1024,
     )
     edge_rays: int = setting(
@@ -99,17 +99,6 @@ def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
     """Return columns and rows of tiles."""
     columns, rows = (-(-n // tile) for n in frame_size)
     return columns, rows
-
-
-def probe_defines(settings: FarFieldSettings | None) -> dict[str, int]:
-    """Return the switches of ``lib/far_field.glsl``; None: there is no far field."""
-    if settings is None:
-        return {"HAS_FAR_FIELD": 0, "PROBE_SIDE": 1}
-    return {
-        "HAS_FAR_FIELD": 1,
-        "PROBE_TILE": settings.tile,
-        "PROBE_SIDE": settings.directions,
-    }
 
 
 @dataclass(frozen=True, eq=False)

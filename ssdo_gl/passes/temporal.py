@@ -14,11 +14,10 @@ from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.far_probes import ProbeRays
-from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays, own_uniforms, tell_all
+from ssdo_gl.passes.own_lookup import GATHERED, OwnRays
 from ssdo_gl.settings.fields import setting
 
 TEMPORAL = "temporal"
-FEWEST_FRAMES_TO_HOLD = 3.0
 
 # How many footprints of a pixel off its plane a surface may have been. With 1 the bottom of a
 # groove is taken for its rim, with .1 curved surfaces forget too much; but bodies that move are
@@ -74,8 +73,6 @@ class Averages:
         Whose per-pixel rays they show, of a view at rest.
     is_long : bool
         Nothing but the camera has moved, so that nothing in them lags behind.
-    is_held : bool or None
-        They are shown until all per-pixel rays are traced; None: it was not asked yet.
     """
 
     made_from: Hashable
@@ -86,7 +83,6 @@ class Averages:
     spare: moderngl.Framebuffer | None = None
     rest: ProbeRays | None = None
     is_long: bool = False
-    is_held: bool | None = None
 
     @property
     def textures(self) -> list[moderngl.Texture]:
@@ -106,12 +102,6 @@ class Averages:
     def are_of(self, frame: Frame) -> bool:
         """Return whether they show that very frame."""
         return self.view.key() == frame.view.key() and self.is_still_in(frame)
-
-    def mean_frames(self) -> float:
-        """Return over how many frames what is in view is averaged."""
-        surfaces = np.frombuffer(self.textures[-1].read(), np.float32).reshape(-1, 4)
-        frames = surfaces[surfaces[:, 0] > 0.0, 1]
-        return float(frames.mean()) if len(frames) else 0.0
 
 
 def versions(frame: Frame) -> tuple[Hashable, ...]:
@@ -193,7 +183,7 @@ class TemporalPass(RenderPass):
         self.unfiltered = unfiltered
         self.lit_by = lit_by
         source = () if unfiltered is None else (unfiltered[1],)
-        own = OWN_RAYS[:1] if has_own_rays else ()
+        own = GATHERED[1:] if has_own_rays else ()
         self.reads = (*images, *source, "z_vs", "normals_vs", *own)
         self.writes = {result: TextureSpec(4, own=True) for result in images.values()}
 
@@ -207,35 +197,31 @@ class TemporalPass(RenderPass):
         most, is_long = 0, False
         if known is not None and known.goes_on_with(frame.view, self._ends(frame)):
             is_long = context.is_complete and known.is_still_in(frame)
-            most = self._most_frames(context, is_long=is_long)
+            most = self._most_frames(is_long=is_long)
         made = self._draw(context, current, known, most, is_long=is_long)
         return self._made(made.textures[:-1], made)
 
-    def _most_frames(self, context: PassContext, *, is_long: bool) -> int:
+    def _most_frames(self, *, is_long: bool) -> int:
         """Return how many frames are averaged; `is_long` where the camera alone moves."""
         chosen = self.settings
         if not is_long:
             return 0 if self.camera_alone else chosen.frames_of_moving_bodies
-        return chosen.frames_of_rays if tell_all(context.facts) else chosen.frames
+        return chosen.frames_of_rays if GATHERED[1] in self.reads else chosen.frames
 
     def _at_rest(
         self, context: PassContext, current: list[moderngl.Texture], known: Averages | None
     ) -> Produced:
         """Hand the images on, or the last average while per-pixel rays are being traced."""
-        frame, rays = context.frame, context.facts.get(OWN_RAYS[0])
+        frame, rays = context.frame, context.facts.get(GATHERED[1])
         if not isinstance(rays, OwnRays):
             return self._made(current, known)
         if rays.is_known and (known is None or known.rest is not rays.source):
             # As many rays as so many frames in motion have.
             drawn = self._draw(context, current, known, 0, float(self.settings.frames))
             known = replace(drawn, rest=rays.source, is_long=True)
-        waits = bool(rays.textures) and not rays.is_known
-        if not waits or known is None or not known.is_long or not known.are_of(frame):
+        if rays.is_known or known is None or not known.is_long or not known.are_of(frame):
             return self._made(current, known)
-        if known.is_held is None:
-            # After a jump there is little to hold, and a single frame in motion is noisy.
-            known = replace(known, is_held=known.mean_frames() >= FEWEST_FRAMES_TO_HOLD)
-        return self._made(known.textures[:-1] if known.is_held else current, known)
+        return self._made(known.textures[:-1], known)
 
     def _known(self, context: PassContext, current: list[moderngl.Texture]) -> Averages | None:
         """Return what earlier frames have left of such images."""
@@ -282,14 +268,13 @@ class TemporalPass(RenderPass):
             textures["t_past_surfaces"] = surfaces
             values = uniforms(frame, known.view, is_still=known.is_still_in(frame))
             values["u_most_frames"] = float(most_frames)
-            if OWN_RAYS[0] in self.reads:
-                textures[f"t_{OWN_RAYS[0]}"] = context.inputs[OWN_RAYS[0]]
-                values |= own_uniforms(context)
+            if GATHERED[1] in self.reads:
+                textures[f"t_{GATHERED[1]}"] = context.inputs[GATHERED[1]]
         defines = {
             "IMAGE_COUNT": len(current),
             "HAS_PAST": int(is_averaged),
             "UNFILTERED": 0,
-            "HAS_CONTACTS": int(f"t_{OWN_RAYS[0]}" in textures),
+            "HAS_CONTACTS": int(f"t_{GATHERED[1]}" in textures),
         }
         if is_averaged and self.unfiltered is not None:
             image, source, share = self.unfiltered

@@ -9,7 +9,7 @@ from ssdo_gl.effects.directional import DirectionalPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass
-from ssdo_gl.passes.own_lookup import OWN_RAYS
+from ssdo_gl.passes.own_lookup import GATHERED
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
 from ssdo_gl.settings.methods import METHODS
 
@@ -67,7 +67,7 @@ def averaged(
     )
     found: list[RenderPass] = []
     reasons: dict[str, str] = {}
-    has_rays = any(OWN_RAYS[0] in item.writes for item in passes)
+    has_rays = any(GATHERED[0] in item.writes for item in passes)
     for item in passes:
         is_of_walks = _AVERAGED_IN_WALKS.issuperset(item.writes)
         is_averaged = is_of_walks or _AVERAGED.issuperset(item.writes)

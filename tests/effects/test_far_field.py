@@ -117,16 +117,18 @@ def test_jittered_frames_of_a_view_share_its_rays() -> None:
     assert not any(ran(frame, "cached_irradiance") for frame in frames)
 
 
-def test_a_picture_of_one_frame_draws_nothing_for_a_march() -> None:
-    """All its pixels have rays; frames that are set off against each other show other places."""
-    of_march = ("depth_layers", "cached_irradiance", "sender_radiance")
+def test_nothing_is_drawn_for_a_march_but_to_find_the_visibility() -> None:
+    of_senders = ("cached_irradiance", "sender_radiance")
     with gi_renderer() as renderer:
         alone = renderer.render(("beauty",))
         beside = renderer.render(("beauty", "visibility"))
-    with gi_renderer() as renderer:
-        several = live(renderer, 0), live(renderer, 1)
-    assert not any(ran(alone, name) for name in of_march)
-    assert any(ran(frame, name) for frame in several for name in of_march)
+        frames = [live(renderer, index) for index in (0, 1)]
+        frames.append(live(renderer, 0, dataclasses.replace(CAMERA, position=(0.3, 0.4, 0.9))))
+    for drawn in (alone, *frames):
+        assert not any(ran(drawn, name) for name in ("depth_layers", *of_senders))
+    assert ran(beside, "depth_layers")
+    assert not any(ran(beside, name) for name in of_senders)
+    assert 0.5 < beside.images["visibility"].mean() < 1.0
     np.testing.assert_allclose(alone.images["beauty"], beside.images["beauty"], rtol=1e-6)
 
 

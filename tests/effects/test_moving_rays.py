@@ -26,7 +26,6 @@ SIZE = (96, 54)
 STAIRS = load_scene("stairs")
 CAROUSEL = load_scene("carousel")
 INTERIORS = Path(__file__).parent / "interiors"
-BY_PROBES = {"far_field.pixel_rays": 0, "far_field.edge_rays": 0}
 
 
 def moved(step: float) -> Camera:
@@ -64,17 +63,6 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def test_frames_that_move_are_nearer_to_pictures_than_by_probes() -> None:
-    with Renderer(STAIRS, settings()) as renderer:
-        true = renderer.render(("beauty",), camera=moved(11)).images["beauty"][..., :3]
-
-    def error(**overrides: Any) -> float:
-        with Renderer(STAIRS, settings(**overrides)) as renderer:
-            return float(np.sqrt(np.mean((walked(renderer, 12) - true) ** 2)))
-
-    assert error() < 0.7 * error(**BY_PROBES)
-
-
 def error_of_a_walk(scene: Scene, **overrides: Any) -> float:
     """Return the relative squared error of a walk's tenth frame, but for its worst twentieth.
 
@@ -100,12 +88,11 @@ def error_of_a_walk(scene: Scene, **overrides: Any) -> float:
 # What averages over pixels in the same light leave. In the attic, at whose window rays are aimed,
 # less is left to them: .70 and .72 in two measurements of eight seeds, .61 to .88 in single ones.
 @pytest.mark.parametrize(("name", "left"), [("corridor", 0.55), ("door", 0.5), ("attic", 0.8)])
-def test_rooms_lit_through_openings_are_even_and_nearer_than_by_probes(
+def test_rooms_lit_through_openings_are_even(
     name: str, left: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = load_scene(INTERIORS / f"{name}.toml")
     error = error_of_a_walk(scene)
-    assert error < 0.3 * error_of_a_walk(scene, **BY_PROBES)
     monkeypatch.setattr(moving_light, "STEPS", ())
     monkeypatch.setattr(moving_light, "UNEVEN_STEPS", ())
     assert error < left * error_of_a_walk(scene)
@@ -152,51 +139,6 @@ def test_pixels_trace_rays_while_light_spreads(drawn: list[str]) -> None:
     assert found.mean() == pytest.approx(true.mean(), rel=0.01)
 
 
-def test_each_pixel_has_a_number_that_no_other_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[Any] = []
-    original = own_rays.moving_rays
-
-    def noted(*arguments: Any) -> Any:
-        made.append(original(*arguments))
-        return made[-1]
-
-    monkeypatch.setattr(own_rays, "moving_rays", noted)
-    with Renderer(STAIRS, settings()) as renderer:
-        walked(renderer, 3)
-        texture = made[-1][0][0]
-        # Floats hold no odd number above 2^24.
-        assert texture.dtype == "i4"
-        places = np.frombuffer(texture.read(), np.int32).reshape(*SIZE[::-1], 2)[..., 0]
-    numbers = np.arange(1, SIZE[0] * SIZE[1] + 1).reshape(SIZE[::-1])
-    assert np.array_equal(abs(places), np.where(places == 0, 0, numbers))
-    assert (places < 0).any()
-    assert (places > 0).any()
-
-
-@pytest.mark.parametrize("name", ["stairs", "courtyard"])
-def test_what_nobody_reads_is_not_drawn_and_frames_are_the_same(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = load_scene(name)
-
-    def frames() -> tuple[list[np.ndarray], set[str]]:
-        found = []
-        with Renderer(scene, settings()) as renderer:
-            for step in range(5):
-                x, y, z = scene.camera.position
-                camera = dataclasses.replace(scene.camera, position=(x + 0.02 * step, y, z))
-                drawing = renderer.draw(("beauty",), camera=camera)
-                found.append(np.array(drawing.planes["beauty"].read()))
-            return found, {row.name for row in drawing.passes if row.ran}
-
-    spared, few = frames()
-    monkeypatch.setattr(own_rays.OwnRaysPass, "spares", False)
-    full, all_passes = frames()
-    assert np.array_equal(spared, full)
-    assert all_passes - few >= {"cached_irradiance", "back_faces", "depth_layers"}
-    assert few < all_passes
-
-
 def read_image(drawing: Any) -> np.ndarray:
     return np.array(drawing.planes["beauty"].read()[..., :3])
 
@@ -219,12 +161,14 @@ def test_a_view_that_comes_to_rest_shows_what_it_did_until_its_own_rays_are_know
         last = [shown(renderer, step)[0] for step in range(12)][-1]
         *waiting, final = rested(renderer, 11)
     with Renderer(STAIRS, settings()) as renderer:
-        *dark, expected = rested(renderer, 11)
+        first, *others, expected = rested(renderer, 11)
     assert len(waiting) == 15
     assert all(np.array_equal(image, last) for image in waiting)
     assert np.array_equal(final, expected)
-    # March and lookup, which a view shows that has not moved before, are darker.
-    assert abs(final.mean() / last.mean() - 1.0) < 0.004 < final.mean() / dark[-1].mean() - 1.0
+    assert final.mean() == pytest.approx(last.mean(), rel=0.004)
+    # A view that has not moved before shows the rays of one frame.
+    assert all(np.array_equal(image, first) for image in others)
+    assert final.mean() == pytest.approx(first.mean(), rel=0.004)
 
 
 def test_a_view_that_begins_to_move_goes_on_from_what_it_showed() -> None:
@@ -309,19 +253,3 @@ def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.Monk
     assert shares[0] == 0.0
     assert shares[1] < 0.01
     assert shares[2] > 0.1
-
-
-def test_frames_of_bodies_that_move_are_nearer_to_pictures_than_by_probes() -> None:
-    last = 11
-    with Renderer(CAROUSEL, settings()) as renderer:
-        images = renderer.render(("beauty",), seconds=last / 30.0).images
-    true = images["beauty"][..., :3]
-
-    def error(**overrides: Any) -> float:
-        with Renderer(CAROUSEL, settings(**overrides)) as renderer:
-            for step in range(last + 1):
-                drawing = renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
-            return float(np.sqrt(np.mean((read_image(drawing) - true) ** 2)))
-
-    by_rays, by_probes = error(), error(**BY_PROBES)
-    assert by_rays < 0.7 * by_probes, (by_rays, by_probes)

@@ -111,14 +111,19 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
         },
         "t_far_probe_points": make_texture(gl, tiles, 4, "f4", probes.tobytes()),
         "t_spread": make_texture(gl, tiles, 4, "f4", spread),
-        "t_own_pixels": make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels),
         "t_own_places": make_texture(gl, size, 1, "i4", places),
         "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),
         "t_own_aimed": make_texture(gl, far.shape[1::-1], 4, "f4", aimed),
         "t_own_light": make_texture(gl, far.shape[1::-1], 4, "f4", light),
         "t_own_rare": make_texture(gl, far.shape[1::-1], 4, "f4", rare),
     }
-    averaged = [make_texture(gl, far.shape[1::-1], 4, "f4") for _ in range(2 - is_second)]
+    near = rng.random(far.shape).astype(np.float32)
+    if is_second:
+        textures["t_own_near"] = make_texture(gl, far.shape[1::-1], 4, "f4", near)
+    else:
+        textures["t_own_pixels"] = make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels)
+    made_size = size if is_second else far.shape[1::-1]
+    averaged = [make_texture(gl, made_size, 4, "f4") for _ in range(2)]
     target = make_framebuffer(gl, averaged)
     defines = {
         "IS_SECOND": int(is_second),
@@ -132,9 +137,9 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     uniforms = {**view.uniforms(), "u_stride": stride, "u_sky": SKY, **counts}
     program = shaders.fullscreen("effects/own_filter.frag", defines)
     draw_fullscreen(gl, program, target, uniforms, textures)
-    found, *rest = (
-        np.frombuffer(made.read(), np.float32).reshape(-1, 4)[: len(chosen)] for made in averaged
-    )
+    images = [np.frombuffer(made.read(), np.float32).reshape(-1, 4) for made in averaged]
+    assert not is_second or not any(image[places.ravel() == 0].any() for image in images)
+    found, beside = (image[chosen] if is_second else image[: len(chosen)] for image in images)
     own, its = (light.reshape(-1, 4)[: len(chosen)].astype(np.float64) for light in (far, aimed))
     wanted = expected(picture, places[..., 0], own, is_lit, stride, variance, is_second)
     added = is_second * np.where(is_lit[:, None], 0.0, [RARE, RARE, RARE, 0.0])
@@ -144,8 +149,12 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     added += is_second * blend
     # What comes through openings is added as it is.
     added[:, 3] += is_second * light.reshape(-1, 4)[: len(chosen), 2]
-    for made in rest:
-        np.testing.assert_allclose(made, blend, rtol=0.0, atol=ROUNDING)
+    if is_second:
+        # Negative depths tell which pixels have many rays.
+        signs = np.where(np.arange(len(chosen)) < MANY, -1.0, 1.0)[:, None] ** [0, 0, 0, 1]
+        np.testing.assert_array_equal(beside, near.reshape(-1, 4)[: len(chosen)] * signs)
+    else:
+        np.testing.assert_allclose(beside, blend, rtol=0.0, atol=ROUNDING)
     np.testing.assert_allclose(found, own + share * (wanted - own) + added, rtol=0.0, atol=ROUNDING)
     # What is averaged would differ.
     assert share == 0.0 or np.abs(wanted - own).mean() > 100.0 * ROUNDING

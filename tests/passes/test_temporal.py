@@ -17,7 +17,7 @@ from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.texture import read_texture
 from ssdo_gl.graph.render_pass import PassContext, TextureWithFacts
 from ssdo_gl.passes.far_probes import ProbeRays
-from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
+from ssdo_gl.passes.own_lookup import GATHERED, OwnRays
 from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
 
 SIZE = (24, 16)
@@ -39,7 +39,7 @@ class Frames:
     ):
         self.gl, self.shaders = gl, shaders
         self.own = own
-        self.places = np.zeros(SIZE[::-1], np.int32)
+        self.near = np.zeros((*SIZE[::-1], 4), np.float32)
         chosen, images = TemporalSettings(**settings), {"now": "average"}
         self.item = TemporalPass(
             "temporal", chosen, images, 1, unfiltered, lit_by, has_own_rays=own is not None
@@ -66,16 +66,15 @@ class Frames:
         picture = tilted_plane(0.0, SIZE, view.tan_half_fov)
         image = np.asarray(image, np.float64)
         inputs = {**inputs_of(picture), "now": image, "raw": np.full_like(image, raw)}
-        inputs[OWN_RAYS[0]] = self.places
+        inputs[GATHERED[1]] = self.near
         inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
         inputs["normals_vs"][..., 0] += 0.5 * turn
-        stored_as = {**STORED_AS, OWN_RAYS[0]: "i4"}
         textures = {
-            name: texture_from_image(self.gl, inputs[name], stored_as.get(name, "f4"))
+            name: texture_from_image(self.gl, inputs[name], STORED_AS.get(name, "f4"))
             for name in self.item.reads
         }
         geometry = Geometry(self.gl, frame.scene)
-        facts = {OWN_RAYS[0]: self.own}
+        facts = {GATHERED[1]: self.own}
         context = PassContext(
             *(self.gl, self.shaders, geometry, frame, textures, None),
             facts=facts,
@@ -128,13 +127,13 @@ def test_what_stands_still_for_a_while_does_not_end_an_average(frames) -> None:
 
 PROBES = ProbeRays(0, 0)
 # What a view at rest traces, and what it has traced.
-TRACING = OwnRays(PROBES, (object(),))
+TRACING = OwnRays(PROBES, "view")
 TRACED = dataclasses.replace(TRACING, is_known=True)
 
 
 def stopped(gl, shaders, count=3, **settings):
     """Return the average of frames in motion; their view has just come to rest."""
-    frames = Frames(gl, shaders, own=OwnRays(PROBES), **settings)
+    frames = Frames(gl, shaders, own=TRACED, **settings)
     for number in range(count):
         mean = frames.show(noise(number))
     frames.moves, frames.own = False, TRACING
@@ -155,11 +154,6 @@ def test_an_average_does_not_stay_of_what_is_no_more(gl, shaders, changes) -> No
     np.testing.assert_array_equal(frames.show(noise(3), **changes), noise(3))
 
 
-def test_an_average_of_few_frames_does_not_stay(gl, shaders) -> None:
-    frames, _ = stopped(gl, shaders, 2)
-    np.testing.assert_array_equal(frames.show(noise(3)), noise(3))
-
-
 def test_an_average_beside_bodies_that_move_does_not_stay(gl, shaders) -> None:
     frames, _ = stopped(gl, shaders, 5)
     frames.moves = True
@@ -169,47 +163,46 @@ def test_an_average_beside_bodies_that_move_does_not_stay(gl, shaders) -> None:
 
 
 def test_motion_goes_on_from_a_view_whose_rays_are_traced(gl, shaders) -> None:
-    """These show the first one of ten offsets, and each frame in motion counts for a tenth."""
+    """These show the first one of the offsets, which counts for ten frames."""
     frames, _ = stopped(gl, shaders)
     frames.own = TRACED
     for number in range(4, 7):
         np.testing.assert_array_equal(frames.show(noise(number)), noise(number))
     frames.moves = True
-    expected = noise(4) + (noise(7) - noise(4)) / 10.0
+    expected = noise(4) + (noise(7) - noise(4)) / 11.0
     np.testing.assert_allclose(frames.show(noise(7)), expected, atol=4.0 * ROUNDING)
 
 
-@pytest.mark.parametrize("is_known", [True, False])
-def test_pixels_that_trace_many_rays_are_averaged_over_six_frames(gl, shaders, is_known) -> None:
-    frames = Frames(gl, shaders, own=dataclasses.replace(TRACING, is_known=is_known))
-    frames.places[:, :9] = -1
-    frames.places[:, 9:] = 1
-    most = np.where((frames.places < 0) & is_known, 6.0, 10.0)[..., None]
+def test_pixels_that_trace_many_rays_are_averaged_over_six_frames(gl, shaders) -> None:
+    frames = Frames(gl, shaders, own=TRACED, frames_of_rays=10)
+    frames.near[:, :9, 3] = -1.0
+    frames.near[:, 9:, 3] = 1.0
+    most = np.where(frames.near[..., 3:] < 0.0, 6.0, 10.0)
     mean = np.zeros((*SIZE[::-1], 4))
     for number in range(1, 13):
         mean += (noise(number) - mean) / np.minimum(number, most)
         np.testing.assert_allclose(frames.show(noise(number)), mean, atol=1e-5)
 
 
-@pytest.mark.parametrize("are_all", [True, False])
-def test_the_camera_alone_moves_over_more_frames_of_rays(gl, shaders, are_all) -> None:
-    own = dataclasses.replace(TRACED, are_all=are_all)
+@pytest.mark.parametrize("has_rays", [True, False])
+def test_the_camera_alone_moves_over_more_frames_of_rays(gl, shaders, has_rays) -> None:
+    own = TRACED if has_rays else None
     frames = Frames(gl, shaders, own=own, frames=2, frames_of_rays=4)
     mean = np.zeros((*SIZE[::-1], 4))
     for number in range(1, 7):
-        mean += (noise(number) - mean) / min(number, 4 if are_all else 2)
+        mean += (noise(number) - mean) / min(number, 4 if has_rays else 2)
         np.testing.assert_allclose(frames.show(noise(number)), mean, atol=1e-5)
 
 
-@pytest.mark.parametrize("is_known", [True, False])
-def test_what_is_known_on_one_side_alone_counts_for_its_share(gl, shaders, is_known) -> None:
+@pytest.mark.parametrize("has_rays", [True, False])
+def test_what_is_known_on_one_side_alone_counts_for_its_share(gl, shaders, has_rays) -> None:
     """At the border a quarter of what is seen now lay within the frame before."""
-    frames = Frames(gl, shaders, own=dataclasses.replace(TRACED, is_known=is_known))
+    frames = Frames(gl, shaders, own=TRACED if has_rays else None)
     frames.show(noise(0))
     found = frames.show(noise(1), x_px=0.75)[:, -1]
-    frames_before = 0.25 if is_known else 1.0
+    frames_before = 0.25 if has_rays else 1.0
     past, now = noise(0)[:, -1].astype(np.float64), noise(1)[:, -1]
-    if is_known:
+    if has_rays:
         # Brought to the point by what the next pixel has more.
         change = 0.75 * (noise(1)[:, -2] - now)
         past[:, :3] = np.maximum(past - change, 0.0)[:, :3]

@@ -126,7 +126,6 @@ FEW = {"samples": 16, "steps": 4, "resolution_scale": 0.5}
     ("scene", "settings", "is_summed"),
     [
         ("cornell_meso", FEW, True),
-        ("cornell_meso", {**FEW, "method": "gi"}, True),
         ("cornell_meso", {**FEW, "samples": 20}, False),
         ("cornell_meso", {**FEW, "resolution_scale": 1.0}, False),
         ("cornell_meso", {**FEW, "estimator": "bitmask"}, False),
