@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ssdo_gl.gpu.clear import clear
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from ssdo_gl.gpu.shader import ShaderLibrary
 
 
-NO_FACTS: Mapping[str, object] = MappingProxyType({})
 _SCENE = tuple(sorted(SCENE_DOMAINS))
 
 
@@ -150,8 +148,6 @@ class Executor:
                 if not item.is_settled:
                     self._identities_of(step).add_part(sources[item.name])
                     self.is_settled, is_complete = False, is_complete and not item.lags
-                if item.spares:
-                    stale = self._stale(steps, identities, result.facts)
             else:
                 was_made = self._results.has_made(item.name, identities[item.name])
                 timings.append(PassTiming(item.name, False, None, 0.0, was_made))
@@ -235,9 +231,7 @@ class Executor:
                 of_resource[resource] = number
         return sources, of_pass
 
-    def _stale(
-        self, steps: PlanSteps, identities: dict[str, int], facts: Mapping[str, object] = NO_FACTS
-    ) -> set[str]:
+    def _stale(self, steps: PlanSteps, identities: dict[str, int]) -> set[str]:
         """Return the passes that must run: walk back from the outputs to what still holds."""
         wanted = set(steps.plan.outputs)
         stale: set[str] = set()
@@ -249,7 +243,7 @@ class Executor:
             is_made = result is not None and result.identity == identities[item.name]
             if result is None or not is_made or not item.writes.keys() <= result.textures.keys():
                 stale.add(item.name)
-                wanted.update(set(item.reads) - item.unread(facts) if facts else item.reads)
+                wanted.update(item.reads)
         return stale
 
     def _any_texture(self) -> moderngl.Texture:

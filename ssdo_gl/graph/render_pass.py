@@ -97,8 +97,6 @@ class RenderPass(ABC):
     overwrites : bool
         Whether it writes every pixel of its target, which is then not cleared before:
         that takes .94 to .98 of a frame's time in software.
-    spares : bool
-        Its facts tell passes after it what they need not read.
     draws_over : bool
         It draws anew into what it returned last, which nobody reads any more.
     is_gradual : bool
@@ -121,7 +119,6 @@ class RenderPass(ABC):
     depends_on: tuple[str, ...] = ()
     needs_depth: ClassVar[bool] = False
     overwrites: ClassVar[bool] = False
-    spares: ClassVar[bool] = False
     draws_over: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
     lags: ClassVar[bool] = True
@@ -143,13 +140,6 @@ class RenderPass(ABC):
     def changed(self, **others: Any) -> Self:
         """Return one that is made of `others` of its arguments by name."""
         return type(self)(*self.given, **{**self.named, **others})
-
-    def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
-        """Return which of its reads do not matter to this run, by what others have found.
-
-        They may be those of an earlier frame, or a single texel.
-        """
-        return frozenset()
 
     def gets_last(self, frame: Frame) -> bool:
         """Return whether it is given what it returned last."""

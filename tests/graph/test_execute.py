@@ -53,46 +53,6 @@ def test_what_has_no_size_of_the_frame_outlives_another_size(world):
     assert [row.ran for row in run(passes, ["a"], frame(size=(7, 5)))] == [False, True]
 
 
-class Telling(Paint):
-    """Tells passes after it what they need not read."""
-
-    spares = True
-    found = ""
-
-    def execute(self, context):
-        return {self.name: TextureWithFacts(super().execute(context)[self.name], self.found)}
-
-
-class Sparing(Paint):
-    """Reads what it was told of, and nothing else."""
-
-    def unread(self, facts):
-        return frozenset({facts["told"]} & {*self.reads})
-
-    def execute(self, context):
-        assert context.inputs.keys() == {*self.reads}
-        super().execute(context)
-
-
-def test_what_nobody_reads_in_a_frame_is_not_made_in_it(world):
-    run, _ = world
-    told = Telling("told", own=True, depends_on=["view"])
-    made = [Paint("deep", depends_on=["view"]), Paint("costly", reads=["deep"], transient=True)]
-    last, other = Sparing("a", reads=["told", "costly"]), Paint("b", reads=["costly"])
-
-    def ran(view, found, outputs=("a",)):
-        told.found = found
-        rows = run([told, *made, last, other], outputs, frame(view=view))
-        return {row.name for row in rows if row.ran}
-
-    assert ran(1, "costly") == {"told", "a"}
-    assert ran(2, "") == {"told", "deep", "costly", "a"}
-    assert ran(3, "costly") == {"told", "a"}
-    # Another one reads it, of the same frame.
-    assert ran(3, "costly", ("a", "b")) == {"deep", "costly", "b"}
-    assert ran(4, "costly", ("a", "b")) == {"told", "deep", "costly", "a", "b"}
-
-
 def test_passes_no_longer_wanted_are_freed(world):
     run, executor = world
     passes = [Paint("a"), Paint("b")]
