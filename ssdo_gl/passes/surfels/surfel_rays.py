@@ -30,7 +30,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     upload,
 )
 from ssdo_gl.raytracing.blind_sides import blind_sides
-from ssdo_gl.raytracing.covered_points import covered, outward, uncovered
+from ssdo_gl.raytracing.covered_points import covered, enclosed, outward, uncovered
 from ssdo_gl.raytracing.graded_surfels import graded
 from ssdo_gl.raytracing.openings import Openings, is_indoors, openings_of
 from ssdo_gl.raytracing.slats import slat_faces
@@ -116,7 +116,8 @@ class SurfelsPass(RenderPass):
             surfels = torn(whole, bvh, *lines, MOST_SURFELS)
             ways, reach = outward(surfels)
             above = self._met(context, surfels.positions, ways, reach)
-            surfels = uncovered(surfels, covered(bvh, above[0], ways))
+            within = enclosed(surfels, partial(self._met, context))
+            surfels = uncovered(surfels, covered(bvh, above[0], ways) | within)
             made = SurfelSet(surfels, topology, whole.depth, openings)
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
         splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
