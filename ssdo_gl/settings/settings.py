@@ -71,7 +71,7 @@ class Settings:
         modes=modes.SIZED,
         is_quality=False,
     )
-    samples: int = _quality(64, "depth reads per pixel", low=1, high=1024, metavar="N")
+    samples: int = _quality(48, "depth reads per pixel", low=1, high=1024, metavar="N")
     steps: int = _quality(8, "depth reads along each direction", low=1, high=256, metavar="M")
     spp: int = _quality(
         256,

@@ -31,7 +31,7 @@ def test_the_help_page_names_flags_scenes_and_examples(capsys):
     for wanted in [*builtin_names(), *(info.flag for _, info in flag_infos().values())]:
         assert wanted in page
     assert EXAMPLES in page
-    assert "default 64" in page
+    assert "default 48" in page
 
 
 def test_the_help_page_fits_a_terminal_of_80_columns(capsys, monkeypatch):

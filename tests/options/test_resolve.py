@@ -215,7 +215,7 @@ SCENE_SETTINGS = {
 def test_python_and_command_line_resolve_a_scene_alike():
     """What was not given yields to the scene, whoever asks; what was given holds."""
     scene = scene_with(**SCENE_SETTINGS)
-    for given in ({}, {"samples": 64}, {"size": (1280, 720), "seed": 0}, {"filter": "edge"}):
+    for given in ({}, {"samples": 48}, {"size": (1280, 720), "seed": 0}, {"filter": "edge"}):
         by_flags = resolved(settings_for(scene.render, given), scene)
         by_python = resolved(Settings(**given), scene)
         assert by_flags == by_python
@@ -225,8 +225,8 @@ def test_python_and_command_line_resolve_a_scene_alike():
 
 def test_a_default_that_was_given_is_no_default():
     scene = scene_with(samples=16)
-    assert resolved(Settings(samples=64), scene).samples == 64
-    assert resolved(dataclasses.replace(Settings(), samples=64), scene).samples == 64
+    assert resolved(Settings(samples=48), scene).samples == 48
+    assert resolved(dataclasses.replace(Settings(), samples=48), scene).samples == 48
     assert resolved(dataclasses.replace(Settings(), steps=4), scene).samples == 16
 
 
@@ -274,8 +274,8 @@ def test_a_bound_lifts_the_default_limit_of_rays_but_not_a_given_one():
 
 def test_marked_defaults_behave_as_plain_values():
     settings = Settings()
-    assert (settings.samples, settings.method, settings.size) == (64, "gi", (1280, 720))
+    assert (settings.samples, settings.method, settings.size) == (48, "gi", (1280, 720))
     assert json.dumps(values(settings)) == json.dumps(values(pickle.loads(pickle.dumps(settings))))
-    assert repr(settings.samples) == "64" and hash(settings.size) == hash((1280, 720))
+    assert repr(settings.samples) == "48" and hash(settings.size) == hash((1280, 720))
     assert not any(settings.gives(name) for name in describe(Settings) if name != "overrides")
     assert not pickle.loads(pickle.dumps(settings)).gives("samples")
