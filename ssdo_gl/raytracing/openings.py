@@ -19,7 +19,7 @@ from ssdo_gl.raytracing.packed import unit_vectors
 MOST_OPENINGS, LEAST_RAYS = 8, 24
 # Surfels are indoors of whose rays no larger share is open. Of their open ones so many tell, and of
 # a surfel's so many: it may lie in a crack.
-MOST_OPEN, MOST_RAYS, MOST_OF_SURFEL = 0.125, 1024, 1
+MOST_OPEN, MOST_RAYS, MOST_OF_SURFEL = 0.25, 1024, 4
 # Each has this share of their open rays at least. Of rays that pass it so many leave: by windows of
 # ten rooms .45 to .96, by cracks under walls .05 to .3. And in the median it fills no larger share
 # of what surfaces see: windows fill .01 to .07, sides of courts, and of lids of boxes, .2 and more.

@@ -91,27 +91,3 @@ def test_what_a_wall_hides_from_the_room_is_none() -> None:
     assert len(found) == 1
     low, high = bounds(found[0])
     np.testing.assert_allclose(np.stack([low, high])[:, 1:], WINDOW, atol=0.05)
-
-
-def test_a_row_of_slots_is_found_whose_own_sides_see_more_of_the_sky_than_the_room() -> None:
-    starts, words, ways = surfels()
-    slots = np.array([((y - 0.08, -0.4), (y + 0.08, 0.4)) for y in np.linspace(-0.8, 0.8, 5)])
-    depth = np.array([0.2, 0.0, 0.0])
-    is_open = leaving(starts, ways, *slots) & leaving(starts - depth, ways, *slots)
-    rng = np.random.default_rng(4)
-    slot, side = rng.integers(0, 5, 100), rng.choice((-1.0, 1.0), 100)
-    across = slots[slot].mean(axis=1)[:, 0] + 0.08 * side
-    at = np.stack([rng.uniform(1.0, 1.2, 100), across, rng.uniform(-0.4, 0.4, 100)], axis=1)
-    beside = np.repeat(at[:, None], RAYS, axis=1)
-    flat = oct_words(np.stack([np.zeros(100), -side, np.zeros(100)], axis=1))
-    flat = np.repeat(flat[:, None], RAYS, axis=1)
-    out = cosine_ways(flat)
-    found = openings_of(
-        np.concatenate([starts, beside]),
-        np.concatenate([ways, out]),
-        np.concatenate([words, flat]),
-        np.concatenate([is_open, leaving(beside - depth, out, *slots)]),
-    )
-    assert len(found) == 1
-    low, high = bounds(found[0])
-    np.testing.assert_allclose(np.stack([low, high])[:, 1:], (slots[0, 0], slots[-1, 1]), atol=0.05)

@@ -153,12 +153,12 @@ class SurfelsPass(RenderPass):
         looks = indoors & (is_open | (away > 0.0)).any(axis=1)
         starts, normals = whole.positions[looks], whole.normals[looks]
         rays = [(ways[looks], is_open[looks])]
-        leaving = rays[0][1].any(axis=1).sum()
+        leaving = rays[0][1].sum()
         while LEAST_LEAVING <= leaving < ENOUGH_LEAVING and len(rays) < MOST_TURNS:
             more = cosine_ways(normals, len(rays))
             reach = np.full(more.shape[:2], radius_ns(math.inf, context))
             rays.append((more, self._met(context, starts, more, reach)[0] == NOTHING_MET))
-            leaving += rays[-1][1].any(axis=1).sum()
+            leaving += rays[-1][1].sum()
         starts, normals = (np.tile(a, (1, len(rays), 1)[: a.ndim]) for a in (starts, normals))
         ways, is_open = (np.concatenate(part, axis=1) for part in zip(*rays, strict=True))
         return Openings(openings_of(starts, ways, normals, is_open))
