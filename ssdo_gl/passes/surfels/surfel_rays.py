@@ -116,8 +116,8 @@ class SurfelsPass(RenderPass):
             surfels = torn(whole, bvh, *lines, MOST_SURFELS)
             ways, reach = outward(surfels)
             above = self._met(context, surfels.positions, ways, reach)
-            within = enclosed(surfels, partial(self._met, context))
-            surfels = uncovered(surfels, covered(bvh, above[0], ways) | within)
+            surfels = uncovered(surfels, covered(bvh, above[0], ways))
+            surfels = uncovered(surfels, enclosed(surfels, partial(self._met, context)))
             made = SurfelSet(surfels, topology, whole.depth, openings)
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
         splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
