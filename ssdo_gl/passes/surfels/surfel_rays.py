@@ -50,6 +50,8 @@ SPARSE_SURFELS = 16384
 LEAST_LEAVING, ENOUGH_LEAVING, MOST_TURNS = 16, 512, 12
 # There may be so many more at the edges of lamps.
 LAMP_SURFELS = 8192
+# As many are kept for those that walls part, without which light leaks and walls are too dark.
+PARTED_SURFELS = 16384
 
 
 class SurfelsPass(RenderPass):
@@ -108,7 +110,8 @@ class SurfelsPass(RenderPass):
             glowing = [
                 (i in lamps) * (1 + m.two_sided_emission) for i, m in enumerate(scene.materials)
             ] or [0]
-            further = max(most - whole.count, LAMP_SURFELS)
+            left = max(MOST_SURFELS - PARTED_SURFELS - whole.count, 0)
+            further = min(max(most - whole.count, LAMP_SURFELS), left)
             whole = graded(whole, bvh, further, np.array(glowing)[bvh.triangles.material])
             starts, along, length = whole.lines(np.arange(whole.count))
             reach = np.where(length > 0.0, length, -1.0)
